@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/geometry/touching_ellipsoid.h"
+#include "sim/geometry/round_shapes.h"
 
 namespace substep {
 namespace {

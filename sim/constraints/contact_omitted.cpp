@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "sim/constraints/contact_finder.h"
-#include "sim/geometry/separation.h"
+#include "sim/geometry/time_of_impact.h"
 #include "sim/math/rotation.h"
 
 namespace substep {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "sim/constraints/contact_finder.h"
-#include "sim/geometry/touching_ellipsoid.h"
+#include "sim/geometry/round_shapes.h"
 
 namespace substep {
 namespace {

@@ -9,8 +9,6 @@
 namespace substep {
 namespace {
 
-using Contacts = std::vector<ContactPoint>;
-
 /// Makes contacts (b, a) of contacts (a, b).
 void mirror(Contacts& out, std::size_t first) {
   for (std::size_t i = first; i < out.size(); ++i) {
@@ -19,7 +17,13 @@ void mirror(Contacts& out, std::size_t first) {
   }
 }
 
-/// Kinds in the order of their indices in Shape; a's kind is not after b's.
+Capsule as_capsule(const Shape& sphere_or_capsule) {
+  if (const auto* capsule = std::get_if<Capsule>(&sphere_or_capsule)) return *capsule;
+  return {0, std::get<Sphere>(sphere_or_capsule).radius};
+}
+
+/// Finds contacts of shapes whose kinds are in the order of their indices in Shape: a's kind is not after
+/// b's.
 void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                   Contacts& out) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&b)) {
@@ -52,26 +56,16 @@ void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
       }
     } else if (std::holds_alternative<Plane>(a)) {
       find_plane_polytope(pose_a, *polytope, pose_b, margin, out);
-    } else if (const auto* capsule = std::get_if<Capsule>(&a)) {
-      find_capsule_polytope(*capsule, pose_a, *polytope, pose_b, margin, out);
     } else {
-      find_sphere_polytope(std::get<Sphere>(a), pose_a, *polytope, pose_b, margin, out);
+      find_capsule_polytope(as_capsule(a), pose_a, *polytope, pose_b, margin, out);
     }
-    return;
-  }
-  if (std::holds_alternative<Plane>(b)) {
-    if (const auto* capsule = std::get_if<Capsule>(&a)) {
-      find_capsule_plane(*capsule, pose_a, pose_b, margin, out);
-    } else if (const auto* sphere = std::get_if<Sphere>(&a)) {
-      find_sphere_plane(*sphere, pose_a, pose_b, margin, out);
-    }
+  } else if (std::holds_alternative<Plane>(a)) {
     return;  // two planes never move: no contacts
+  } else if (std::holds_alternative<Plane>(b)) {
+    find_capsule_plane(as_capsule(a), pose_a, pose_b, margin, out);
+  } else {
+    find_capsule_capsule(as_capsule(a), pose_a, as_capsule(b), pose_b, margin, out);
   }
-  const auto as_capsule = [](const Shape& shape) {
-    if (const auto* capsule = std::get_if<Capsule>(&shape)) return *capsule;
-    return Capsule{0, std::get<Sphere>(shape).radius};
-  };
-  find_capsule_capsule(as_capsule(a), pose_a, as_capsule(b), pose_b, margin, out);
 }
 
 std::array<double, 7> numbers(const Pose& pose) {
@@ -80,8 +74,8 @@ std::array<double, 7> numbers(const Pose& pose) {
   return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
 }
 
-/// Whether the pair is to be evaluated as (b, a). A rule that does not know which of the two was named first
-/// is what makes contacts(b, a) the mirror of contacts(a, b) where the search prefers one side.
+/// Returns true where the pair is evaluated as (b, a). The rule ignores which of the two is named first, so
+/// that contacts(b, a) mirror contacts(a, b) where the search prefers one side.
 bool is_reversed(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (a.index() != b.index()) return a.index() > b.index();
   if (pose_a.position.x() != pose_b.position.x()) return pose_a.position.x() > pose_b.position.x();
@@ -94,11 +88,6 @@ Bounds around(const Vector3& centre, const Vector3& half_size) {
 
 Bounds bounds_of(const Sphere& sphere, const Pose& pose) {
   return around(pose.position, Vector3::Constant(sphere.radius));
-}
-
-Bounds bounds_of(const Capsule& capsule, const Pose& pose) {
-  const Vector3 half = pose.orientation * Vector3(0, capsule.half_length, 0);
-  return around(pose.position, half.cwiseAbs() + Vector3::Constant(capsule.radius));
 }
 
 Bounds bounds_of(const Plane& /*plane*/, const Pose& pose) {
@@ -133,7 +122,7 @@ Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
   return result;
 }
 
-/// Of two balls, or of two discs across `axis`, around ∓half along the axis.
+/// Returns the bounds of two balls, or of two discs across the axis, around ∓half along the axis.
 Bounds bounds_of_ends(const Pose& pose, const Vector3& half, const Vector3& reach_bottom,
                       const Vector3& reach_top) {
   return {pose.position + (-half - reach_bottom).cwiseMin(half - reach_top),
@@ -151,6 +140,10 @@ Bounds bounds_of(const Cylinder& cylinder, const Pose& pose) {
 Bounds bounds_of(const TaperedCapsule& capsule, const Pose& pose) {
   return bounds_of_ends(pose, pose.orientation * Vector3(0, capsule.half_length, 0),
                         Vector3::Constant(capsule.radius_bottom), Vector3::Constant(capsule.radius_top));
+}
+
+Bounds bounds_of(const Capsule& capsule, const Pose& pose) {
+  return bounds_of(TaperedCapsule{capsule.half_length, capsule.radius, capsule.radius}, pose);
 }
 
 Bounds bounds_of(const TriangleMesh& mesh, const Pose& pose) {

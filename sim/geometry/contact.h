@@ -18,6 +18,8 @@ struct ContactPoint {
   double distance;  ///< (on_a − on_b) · normal; negative where the shapes overlap
 };
 
+using Contacts = std::vector<ContactPoint>;
+
 /// Finds all contact points of two shapes closer than `margin` (metres), the whole manifold: for two faces
 /// the corners of their intersection, for a lying capsule two points. Between two boxes it leaves out corners
 /// beyond four that lie within 1e-3 of the smaller box's size of the line through their neighbours. Depends
@@ -39,7 +41,7 @@ struct ContactPoint {
 /// those of edges in a plane or a valley. A one-sided mesh's triangle does nothing to a shape whose middle is
 /// behind it. Contacts with triangles of one plane are the corners of their hull.
 void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
-                   std::vector<ContactPoint>& out);
+                   Contacts& out);
 
 /// Returns the axis-aligned box around a shape. It is tight up to rounding, but for a triangle mesh it is the
 /// box around the mesh's own turned box, and for a plane it is infinite except along an axis that the plane

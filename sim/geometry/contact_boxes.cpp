@@ -5,19 +5,17 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/geometry/closest_points.h"
 #include "sim/geometry/contact_pairs.h"
+#include "sim/geometry/features.h"
 
 namespace substep {
 namespace {
 
-/// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
-/// faces keep their corners.
-constexpr double flush = 1e-9;
-
 /// Fraction of the size within which corners beyond four are left out where their neighbours cover them:
 /// slightly turned faces cut each other's corners.
 constexpr double slight = 1e-3;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct WorldBox {
   Vector3 centre;
@@ -31,86 +29,66 @@ struct Relative {
   Vector3 centre;
 };
 
-/// A corner of the incident face over the plane of the reference face.
-struct Corner {
-  double x, y;    ///< in the plane
-  double height;  ///< above it
-};
-
-/// The incident face, cut by the four sides of the reference face: four corners and one more for each cut.
-class Polygon {
+/// A list of up to 8 items: the four corners of a face, and one more for each cut by a side.
+template <class Item>
+class ShortList {
  public:
   std::size_t size() const { return size_; }
-  const Corner& operator[](std::size_t i) const { return corners_[i]; }
-  void push_back(const Corner& corner) { corners_[size_++] = corner; }
-
-  /// Cuts the face to sign * (x or y) <= limit.
-  void cut(double Corner::*coordinate, double sign, double limit, double tolerance) {
-    std::array<double, capacity> outside;
-    bool any_outside = false;
-    for (std::size_t i = 0; i < size_; ++i) {
-      outside[i] = sign * corners_[i].*coordinate - limit;
-      any_outside = any_outside || outside[i] > tolerance;
-    }
-    if (!any_outside) return;
-    Polygon kept;
-    for (std::size_t i = 0; i < size_; ++i) {
-      const std::size_t next = i + 1 < size_ ? i + 1 : 0;
-      const bool is_in = outside[i] <= tolerance;
-      if (is_in) kept.push_back(corners_[i]);
-      if (is_in == (outside[next] <= tolerance)) continue;
-      const Corner& from = corners_[i];
-      const Corner& to = corners_[next];
-      const double part = std::clamp(outside[i] / (outside[i] - outside[next]), 0.0, 1.0);
-      kept.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y),
-                      from.height + part * (to.height - from.height)});
-    }
-    *this = kept;
-  }
-
-  /// Leaves out corners beyond four that are no farther than `distance` from the line through those beside
-  /// them, the nearest first.
-  void simplify(double distance) {
-    while (size_ > 4) {
-      std::size_t nearest = size_;
-      double least = distance * distance;
-      for (std::size_t i = 0; i < size_; ++i) {
-        const Corner& from = corners_[i > 0 ? i - 1 : size_ - 1];
-        const Corner& to = corners_[i + 1 < size_ ? i + 1 : 0];
-        const double along_x = to.x - from.x;
-        const double along_y = to.y - from.y;
-        const double area = along_x * (corners_[i].y - from.y) - along_y * (corners_[i].x - from.x);
-        const double length_squared = along_x * along_x + along_y * along_y;
-        if (area * area > least * length_squared || length_squared == 0) continue;
-        nearest = i;
-        least = area * area / length_squared;
-      }
-      if (nearest == size_) return;
-      --size_;
-      for (std::size_t i = nearest; i < size_; ++i) corners_[i] = corners_[i + 1];
-    }
+  const Item& operator[](std::size_t i) const { return items_[i]; }
+  const Item* begin() const { return items_.data(); }
+  const Item* end() const { return items_.data() + size_; }
+  void push_back(const Item& item) { items_[size_++] = item; }
+  void clear() { size_ = 0; }
+  void erase(std::size_t index) {
+    std::copy(items_.begin() + index + 1, items_.begin() + size_, items_.begin() + index);
+    --size_;
   }
 
  private:
-  static constexpr std::size_t capacity = 8;
-  std::array<Corner, capacity> corners_;
+  std::array<Item, 8> items_;
   std::size_t size_ = 0;
 };
 
+/// The incident face seen from the reference face: each corner's position in the plane (x, y) and height
+/// above it (z).
+using Corners = ShortList<Vector3>;
+
+/// Removes corners beyond four that are no farther than `distance` from the line through those beside them,
+/// the nearest first.
+void simplify(Corners& corners, double distance) {
+  while (corners.size() > 4) {
+    std::size_t nearest = corners.size();
+    double least = distance * distance;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vector3& from = corners[i > 0 ? i - 1 : corners.size() - 1];
+      const Vector3& to = corners[i + 1 < corners.size() ? i + 1 : 0];
+      const double along_x = to.x() - from.x();
+      const double along_y = to.y() - from.y();
+      const double area = along_x * (corners[i].y() - from.y()) - along_y * (corners[i].x() - from.x());
+      const double length_squared = along_x * along_x + along_y * along_y;
+      if (area * area > least * length_squared || length_squared == 0) continue;
+      nearest = i;
+      least = area * area / length_squared;
+    }
+    if (nearest == corners.size()) return;
+    corners.erase(nearest);
+  }
+}
+
 struct FaceAxis {
-  double separation = -std::numeric_limits<double>::infinity();
+  double separation = -infinity;
   int axis = 0;
 };
 
 struct EdgeAxis {
-  double separation = -std::numeric_limits<double>::infinity();
+  double separation = -infinity;
   int of_a = 0;
   int of_b = 0;
 };
 
 class BoxPair {
  public:
-  BoxPair(const WorldBox& a, const WorldBox& b, double size, double margin, std::vector<ContactPoint>& out)
+  BoxPair(const WorldBox& a, const WorldBox& b, double size, double margin, Contacts& out)
       : a_(a), b_(b), size_(size), margin_(margin), out_(out) {
     const Vector3 between = b.centre - a.centre;
     b_in_a_ = {a.axes.transpose() * b.axes, a.axes.transpose() * between};
@@ -164,8 +142,8 @@ class BoxPair {
   /// closest features along `axis()` must be searched for.
   bool add_contacts() {
     const double face = std::max(face_a_.separation, face_b_.separation);
-    const bool second = face_b_.separation >
-                        face_a_.separation + second_face_share * face_preference(face_a_.separation, size_);
+    const bool second =
+        face_b_.separation > face_a_.separation + second_face_preference(face_a_.separation, size_);
     if (edge_.separation > face + face_preference(face, size_)) return add_edge_contact();
     if (second ? add_face_contacts(b_, a_, a_in_b_, face_b_.axis, false)
                : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true)) {
@@ -214,59 +192,67 @@ class BoxPair {
     const Vector3 u = incident.half_size[first] * relative.axes.col(first);
     const Vector3 v = incident.half_size[second] * relative.axes.col(second);
     const double plane = reference.half_size[axis];
-    Polygon polygon;
-    Corner lowest = {0, 0, std::numeric_limits<double>::infinity()};
+    Corners corners;
+    Vector3 lowest = {0, 0, infinity};
     for (const auto& [su, sv] : {std::pair{1.0, 1.0}, {-1.0, 1.0}, {-1.0, -1.0}, {1.0, -1.0}}) {
       const Vector3 point = middle + su * u + sv * v;
-      const Corner corner = {point[x], point[y], side * point[axis] - plane};
-      if (corner.height < lowest.height) lowest = corner;
-      polygon.push_back(corner);
+      const Vector3 corner = {point[x], point[y], side * point[axis] - plane};
+      if (corner.z() < lowest.z()) lowest = corner;
+      corners.push_back(corner);
     }
-    const double tolerance = flush * size_;
-    polygon.cut(&Corner::x, 1, reference.half_size[x], tolerance);
-    polygon.cut(&Corner::x, -1, reference.half_size[x], tolerance);
-    polygon.cut(&Corner::y, 1, reference.half_size[y], tolerance);
-    polygon.cut(&Corner::y, -1, reference.half_size[y], tolerance);
+    cut(corners, reference.half_size[x], reference.half_size[y]);
 
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < polygon.size(); ++i) least = std::min(least, polygon[i].height);
+    double least = infinity;
+    for (const Vector3& corner : corners) least = std::min(least, corner.z());
     // Where the lowest point is cut away, this is not the face at which the two meet.
     const double separation = (reference_is_a ? face_a_ : face_b_).separation;
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
-      polygon = {};
-      polygon.push_back(lowest);
+      corners.clear();
+      corners.push_back(lowest);
     }
 
-    polygon.simplify(slight * size_);
+    simplify(corners, slight * size_);
     const Vector3 outward = side * reference.axes.col(axis);
     const Vector3 normal = reference_is_a ? Vector3(-outward) : outward;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Corner& corner = polygon[i];
-      if (corner.height >= margin_) continue;
+    for (const Vector3& corner : corners) {
+      const double height = corner.z();
+      if (height >= margin_) continue;
       Vector3 local;
-      local[x] = corner.x;
-      local[y] = corner.y;
+      local[x] = corner.x();
+      local[y] = corner.y();
       local[axis] = side * plane;
       const Vector3 on_reference = reference.axes * local + reference.centre;
-      const Vector3 on_incident = on_reference + corner.height * outward;
+      const Vector3 on_incident = on_reference + height * outward;
       out_.push_back({reference_is_a ? on_reference : on_incident,
-                      reference_is_a ? on_incident : on_reference, normal, corner.height});
+                      reference_is_a ? on_incident : on_reference, normal, height});
     }
     return true;
+  }
+
+  /// Cuts the incident face by the sides of the reference face at x = ±half_x and y = ±half_y.
+  void cut(Corners& corners, double half_x, double half_y) const {
+    Corners kept;
+    ShortList<double> distances;
+    const auto cut_to = [&](int k, double sign, double limit) {
+      const auto outside = [&](const Vector3& corner) { return sign * corner[k] - limit; };
+      if (cut_polygon(corners, kept, distances, flush_share * size_, outside)) corners = kept;
+    };
+    cut_to(0, 1, half_x);
+    cut_to(0, -1, half_x);
+    cut_to(1, 1, half_y);
+    cut_to(1, -1, half_y);
   }
 
   bool add_edge_contact() {
     Vector3 axis = a_.axes.col(edge_.of_a).cross(b_.axes.col(edge_.of_b)).normalized();
     if (axis.dot(b_.centre - a_.centre) < 0) axis = -axis;
-    const Segment of_a = outermost_edge(a_, edge_.of_a, axis);
-    const Segment of_b = outermost_edge(b_, edge_.of_b, -axis);
-    const SegmentParameters parameters = closest_parameters(of_a, of_b);
-    const Vector3 on_a = point_at(of_a, parameters.on_a);
-    const Vector3 on_b = point_at(of_b, parameters.on_b);
+    ClosestPair closest;
+    closest.consider(outermost_edge(a_, edge_.of_a, axis), outermost_edge(b_, edge_.of_b, -axis));
+    const Vector3 between = closest.on_b - closest.on_a;
     // Edges that are apart and do not cross are not the closest features.
-    if (edge_.separation > 0 && (on_b - on_a - edge_.separation * axis).norm() > 1e-6 * size_) return false;
-    out_.push_back({on_a, on_b, -axis, (on_b - on_a).dot(axis)});
+    if (edge_.separation > 0 && (between - edge_.separation * axis).norm() > 1e-6 * size_) return false;
+    out_.push_back({closest.on_a, closest.on_b, -axis, between.dot(axis)});
     return true;
   }
 
@@ -284,7 +270,7 @@ class BoxPair {
   const WorldBox& b_;
   double size_;
   double margin_;
-  std::vector<ContactPoint>& out_;
+  Contacts& out_;
   Relative b_in_a_;
   Relative a_in_b_;
   Matrix3 absolute_;  ///< |b_in_a_.axes|
@@ -296,7 +282,7 @@ class BoxPair {
 }  // namespace
 
 void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
-                  std::vector<ContactPoint>& out) {
+                  Contacts& out) {
   const Vector3 centre_a = pose_a * a.box->pose.position;
   const Vector3 centre_b = pose_b * b.box->pose.position;
   const double reach = a.bounding_radius + b.bounding_radius + margin;

@@ -17,15 +17,7 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// stored in single precision are off by as much.
 constexpr double level = 1e-6;
 
-struct Scratch {
-  std::vector<Vector3> corners_a;
-  std::vector<Vector3> corners_b;
-};
-
-Scratch& scratch() {
-  thread_local Scratch memory;
-  return memory;
-}
+thread_local std::vector<Vector3> polygon_memory;
 
 /// A direction tried, from b to a.
 struct Axis {
@@ -35,15 +27,15 @@ struct Axis {
 
 struct FaceAxis : Axis {
   bool of_b = false;
-  std::uint32_t face = 0;  ///< of b, or the disc or face of a
+  std::uint32_t face = 0;  ///< of b, or the disc of a
 };
 
 struct EdgeAxis : Axis {
-  std::uint32_t arc = none;    ///< of b
-  std::uint32_t arc_a = none;  ///< of a, if that has any
-  bool of_neighbour = false;   ///< it is the normal of the triangle next to b
+  std::uint32_t arc = none;   ///< of b
+  bool of_neighbour = false;  ///< it is the normal of the triangle next to b
 };
 
+/// Returns the unit vector at a fraction of the way along the chord from one to another.
 Vector3 between(const Vector3& first, const Vector3& last, double part) {
   return ((1 - part) * first + part * last).normalized();
 }
@@ -51,7 +43,7 @@ Vector3 between(const Vector3& first, const Vector3& last, double part) {
 /// A revolved solid against facets.
 class RevolvedSearch {
  public:
-  RevolvedSearch(const RevolvedSolid& a, const Facets& b, double margin, std::vector<ContactPoint>& out)
+  RevolvedSearch(const RevolvedSolid& a, const Facets& b, double margin, Contacts& out)
       : a_(a), b_(b), size_(std::min(2 * a.reach(), b.size)), margin_(margin), out_(out) {}
 
   void find() {
@@ -85,10 +77,7 @@ class RevolvedSearch {
     if (separation <= edge_.separation) return true;
     // The directions of an edge are those in which it pushes.
     if (arc == none && !of_neighbour && !b_.pushes(n, vertex)) return true;
-    edge_.separation = separation;
-    edge_.normal = n;
-    edge_.arc = arc;
-    edge_.of_neighbour = of_neighbour;
+    edge_ = {{separation, n}, arc, of_neighbour};
     return separation < margin_;
   }
 
@@ -101,17 +90,17 @@ class RevolvedSearch {
       if (!b_.pushes(n, vertex)) continue;
       if (separation >= margin_) return false;
       // A face of b is taken before one of a.
-      const double handicap = face_.of_b ? second_face_share * preference(face_.separation) : 0;
+      const double handicap = face_.of_b ? second_face_preference(face_.separation, size_) : 0;
       if (separation > face_.separation + handicap) face_ = {{separation, n}, false, end};
     }
     return true;
   }
 
-  /// The best direction of an edge's arc.
+  /// Searches an edge's arc for the best direction.
   bool search_arc(std::uint32_t i) {
     if (!a_.has_side || a_.sine == 0) return search_half(i, 0, 1);
-    // An arc can pass the directions of a slanting side twice: on both sides of where it looks most along the
-    // axis.
+    // Halve the arc where it looks most along the axis: it can pass the directions of a slanting side on both
+    // sides of that.
     const Facets::Arc& arc = b_.arcs[i];
     const double cosine = arc.first.dot(arc.last);
     const double along_first = a_.axis.dot(arc.first);
@@ -123,8 +112,8 @@ class RevolvedSearch {
     return search_half(i, 0, most) && search_half(i, most, 1);
   }
 
-  /// Where the line along a's side is farthest is a corner of the separation, so each side of it is searched
-  /// by itself.
+  /// Searches part of an arc, and each side of the direction in which the line along a's side is farthest by
+  /// itself: the separation has a corner there.
   bool search_half(std::uint32_t i, double low, double high) {
     if (!a_.has_side) return search_part(i, low, high);
     const Facets::Arc& arc = b_.arcs[i];
@@ -140,6 +129,7 @@ class RevolvedSearch {
            search_part(i, corner, high);
   }
 
+  /// Searches part of an arc along which the separation is smooth.
   bool search_part(std::uint32_t i, double low, double high) {
     // Deeply overlapping, an arc can have several best directions.
     const int pieces = face_.separation < -0.1 * size_ ? 4 : 1;
@@ -184,32 +174,20 @@ class RevolvedSearch {
   }
 
   bool add_face_contacts() {
-    const std::size_t first = out_.size();
     Manifold manifold(face_.normal, size_, margin_, out_);
-    std::vector<Vector3>& memory = scratch().corners_b;
     if (face_.of_b) {
-      const Polygon polygon = b_.polygon(face_.face, memory);
-      const RevolvedFeature feature = feature_towards(a_, -face_.normal);
-      if (feature.is_disc) {
-        manifold.add(feature.disc, polygon);
-      } else {
-        manifold.add(feature.line, polygon);
-      }
+      const Polygon polygon = b_.polygon(face_.face, polygon_memory);
+      std::visit([&](const auto& feature) { manifold.add(feature, polygon); },
+                 feature_towards(a_, -face_.normal));
     } else {
       std::uint32_t vertex = 0;
       b_.height(face_.normal, vertex);
       manifold.add(end_disc(a_, static_cast<int>(face_.face)),
-                   b_.polygon(b_.face_at(vertex, face_.normal), memory));
+                   b_.polygon(b_.face_at(vertex, face_.normal), polygon_memory));
     }
-    double least = infinity;
-    for (std::size_t i = first; i < out_.size(); ++i) least = std::min(least, out_[i].distance);
     // Where the lowest point is cut away, this is not the face at which the two meet. A mesh's triangle may
     // meet the rest of a elsewhere.
-    if (out_.size() > first && (b_.mesh || least <= face_.separation + preference(face_.separation))) {
-      return true;
-    }
-    out_.resize(first);
-    return false;
+    return manifold.keep_if_below(b_.mesh ? infinity : face_.separation + preference(face_.separation));
   }
 
   bool add_edge_contacts() {
@@ -222,7 +200,8 @@ class RevolvedSearch {
     return manifold.add_crossing(exact, edge_of_b(exact, flush_share * size_));
   }
 
-  /// The edge of b that is highest along the axis to within `near` and most along a's line; a vertex if none.
+  /// Returns the edge of b that is highest along the axis to within `near` and most along a's line; a vertex
+  /// if there is none.
   Segment edge_of_b(const Segment& of_a, double near) const {
     if (edge_.arc != none) {
       return {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
@@ -247,139 +226,8 @@ class RevolvedSearch {
   const Facets& b_;
   double size_;
   double margin_;
-  std::vector<ContactPoint>& out_;
+  Contacts& out_;
   FaceAxis face_;
-  EdgeAxis edge_;
-};
-
-/// A polytope against a triangle of a mesh.
-class TriangleSearch {
- public:
-  TriangleSearch(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out)
-      : a_(a), b_(b), size_(std::min(a.size, b.size)), margin_(margin), out_(out) {}
-
-  void find() {
-    std::uint32_t vertex = 0;
-    const Vector3& front = b_.face_normals[0];
-    face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
-    if (face_.separation >= margin_) return;
-    for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
-      const Vector3 n = -a_.face_normals[f];
-      const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
-      if (separation <= std::max(face_.separation, faces_of_a_.separation) || !b_.pushes(n, vertex)) continue;
-      if (separation >= margin_) return;
-      faces_of_a_ = {{separation, n}, false, f};
-    }
-    if (faces_of_a_.separation >
-        face_.separation + second_face_share * face_preference(face_.separation, size_)) {
-      face_ = faces_of_a_;
-    }
-    for (const Vector3& n : b_.around) {
-      const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
-      if (separation >= margin_) return;
-      if (separation > edge_.separation) edge_ = {{separation, n}, none, none, true};
-    }
-    for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
-      if (!search_arc(i)) return;
-    }
-    const bool edge_first = edge_.separation > face_.separation + face_preference(face_.separation, size_);
-    if (edge_first && edge_.of_neighbour) return;  // found there
-    if (!edge_first && add_face_contacts()) return;
-    // Far below the face's, an edge's direction is not the one in which the two meet.
-    const bool is_near = edge_.separation > face_.separation - face_preference(face_.separation, size_);
-    if (is_near && edge_.arc != none) {
-      const Segment of_a = {a_.vertices[a_.arcs[edge_.arc_a].from], a_.vertices[a_.arcs[edge_.arc_a].to]};
-      const Segment of_b = {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
-      Manifold manifold(edge_.normal, size_, margin_, out_);
-      const double near = face_preference(edge_.separation, size_);
-      if (manifold.add_beside(of_a, of_b, near) || manifold.add_crossing(of_a, of_b)) return;
-    }
-    if (edge_first && add_face_contacts()) return;
-    if (std::max(edge_.separation, face_.separation) > 0) add_closest();
-  }
-
- private:
-  /// The cross products of one edge of b with those of a: only where the arcs of their faces' normals cross
-  /// on the unit sphere is it the axis of both.
-  bool search_arc(std::uint32_t i) {
-    const Facets::Arc& of_b = b_.arcs[i];
-    const Vector3 along_b = b_.vertices[of_b.to] - b_.vertices[of_b.from];
-    const Vector3 across_b = of_b.first.cross(of_b.last);
-    for (std::uint32_t k = 0; k < a_.arcs.size(); ++k) {
-      const Facets::Arc& of_a = a_.arcs[k];
-      const double c = -of_a.first.dot(across_b);
-      const double d = -of_a.last.dot(across_b);
-      if (c * d >= 0) continue;
-      const Vector3 across_a = of_a.first.cross(of_a.last);
-      const double p = of_b.first.dot(across_a);
-      const double q = of_b.last.dot(across_a);
-      if (p * q >= 0 || c * q <= 0) continue;
-      const Vector3 along_a = a_.vertices[of_a.to] - a_.vertices[of_a.from];
-      Vector3 n = along_a.cross(along_b);
-      const double squared = n.squaredNorm();
-      if (squared <= 1e-12 * along_a.squaredNorm() * along_b.squaredNorm()) continue;
-      n /= std::sqrt(squared);
-      if (n.dot(of_b.first + of_b.last) < 0) n = -n;
-      std::uint32_t vertex = 0;
-      const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
-      if (separation <= edge_.separation) continue;
-      edge_ = {{separation, n}, i, k, false};
-      if (separation >= margin_) return false;
-    }
-    return true;
-  }
-
-  bool add_face_contacts() {
-    const std::size_t first = out_.size();
-    std::uint32_t vertex = 0;
-    std::uint32_t face_of_a = face_.face;
-    if (face_.of_b) {
-      a_.height(-face_.normal, vertex);
-      face_of_a = a_.face_at(vertex, -face_.normal);
-    }
-    Manifold manifold(face_.normal, size_, margin_, out_);
-    manifold.add(a_.polygon(face_of_a, scratch().corners_a), b_.polygon(0, scratch().corners_b), face_.of_b);
-    return out_.size() > first;
-  }
-
-  /// Apart, with no face over the other and no edges crossing: the closest points, if the mesh pushes there.
-  void add_closest() {
-    double best = margin_ * margin_;
-    Vector3 on_a = Vector3::Zero();
-    Vector3 on_b = Vector3::Zero();
-    bool found = false;
-    const auto sides = b_.polygon(0, scratch().corners_b).corners;
-    for (const Facets::Arc& arc : a_.arcs) {
-      const Segment edge = {a_.vertices[arc.from], a_.vertices[arc.to]};
-      for (std::size_t i = 0; i < 3; ++i) {
-        const Segment side = {sides[i], sides[(i + 1) % 3]};
-        const SegmentParameters parameters = closest_parameters(edge, side);
-        const Vector3 one = point_at(edge, parameters.on_a);
-        const Vector3 other = point_at(side, parameters.on_b);
-        if ((one - other).squaredNorm() >= best) continue;
-        best = (one - other).squaredNorm();
-        on_a = one;
-        on_b = other;
-        found = true;
-      }
-    }
-    const double distance = std::sqrt(best);
-    if (!found || distance <= flush_share * size_) return;
-    const Vector3 n = (on_a - on_b) / distance;
-    std::uint32_t vertex = 0;
-    // Closest indeed, and not to be closer to a neighbour.
-    const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
-    if (separation < distance - 1e-6 * size_ || !b_.pushes(n, vertex)) return;
-    out_.push_back({on_a, on_b, n, distance});
-  }
-
-  const Facets& a_;
-  const Facets& b_;
-  double size_;
-  double margin_;
-  std::vector<ContactPoint>& out_;
-  FaceAxis face_;
-  FaceAxis faces_of_a_;
   EdgeAxis edge_;
 };
 
@@ -430,7 +278,7 @@ void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector
     const Vector3 along = vertices[next] - vertices[i];
     longest = std::max(longest, along.squaredNorm());
     const Vector3 beside = along.cross(normal).normalized();
-    goes_on[i] = false;
+    continues[i] = false;
     if (neighbours[i] == TriangleMesh::none) {
       arcs.push_back({i, next, normal, beside});
       if (from.two_sided) arcs.push_back({i, next, beside, -normal});
@@ -440,7 +288,7 @@ void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector
     // The neighbour goes down behind a convex side. Its normal then leans away over the side.
     const double lean = beside.dot(other);
     if (std::abs(lean) <= level && normal.dot(other) > 0) {
-      goes_on[i] = true;
+      continues[i] = true;
     } else if (lean > 0) {
       around.push_back(other);
       if (normal.dot(other) >= 0) {
@@ -455,17 +303,6 @@ void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector
     }
   }
   size = std::sqrt(longest);
-}
-
-double Facets::height(const Vector3& direction, std::uint32_t& vertex) const {
-  double highest = -infinity;
-  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    const double value = direction.dot(vertices[i]);
-    if (value <= highest) continue;
-    highest = value;
-    vertex = i;
-  }
-  return highest;
 }
 
 bool Facets::pushes(const Vector3& direction, std::uint32_t vertex) const {
@@ -501,17 +338,12 @@ Polygon Facets::polygon(std::uint32_t face, std::vector<Vector3>& memory) const 
     memory.push_back(vertices[face_vertices[i]]);
   }
   Polygon polygon = {memory, face_normals[face], {}};
-  if (mesh) polygon.goes_on = goes_on;
+  if (mesh) polygon.continues = continues;
   return polygon;
 }
 
-void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin,
-                          std::vector<ContactPoint>& out) {
+void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin, Contacts& out) {
   RevolvedSearch(a, b, margin, out).find();
-}
-
-void find_polytope_triangle(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out) {
-  TriangleSearch(a, b, margin, out).find();
 }
 
 }  // namespace substep

@@ -10,12 +10,10 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
+#include <limits>
 #include <vector>
 
-#include "sim/geometry/contact.h"
-#include "sim/geometry/contact_manifold.h"
-#include "sim/geometry/revolved_solid.h"
+#include "sim/geometry/features.h"
 
 namespace substep {
 
@@ -39,9 +37,9 @@ struct Facets {
 
   // Of a triangle of a mesh alone:
   const TriangleMesh* mesh = nullptr;
-  Triangle corners{};             ///< vertices of the mesh
-  std::array<bool, 3> goes_on{};  ///< whether the mesh goes on in the same plane behind a side
-  std::vector<Vector3> around;    ///< normals of the triangles behind its convex sides
+  Triangle corners{};               ///< vertices of the mesh
+  std::array<bool, 3> continues{};  ///< whether the mesh continues in the same plane behind a side
+  std::vector<Vector3> around;      ///< normals of the triangles behind its convex sides
 
   /// Places a polytope: vertex → rotation * vertex + position.
   void load(const Polytope& polytope, const Matrix3& rotation, const Vector3& position);
@@ -49,7 +47,16 @@ struct Facets {
   void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
 
   /// Returns the farthest extent along a direction, and its vertex.
-  double height(const Vector3& direction, std::uint32_t& vertex) const;
+  double height(const Vector3& direction, std::uint32_t& vertex) const {
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+      const double value = direction.dot(vertices[i]);
+      if (value <= highest) continue;
+      highest = value;
+      vertex = i;
+    }
+    return highest;
+  }
   /// Returns true where the mesh around the triangle's corner lies below it along `direction`, judged by its
   /// neighbours; a mesh does not push along directions of inner edges. Always true for a polytope.
   bool pushes(const Vector3& direction, std::uint32_t vertex) const;
@@ -60,10 +67,6 @@ struct Facets {
 };
 
 /// Finds contacts of a revolved solid a and facets b in one frame.
-void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin,
-                          std::vector<ContactPoint>& out);
-
-/// Finds contacts of a polytope a and a triangle b of a mesh in one frame.
-void find_polytope_triangle(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out);
+void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin, Contacts& out);
 
 }  // namespace substep

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_pairs.h"
@@ -10,6 +11,26 @@
 
 namespace substep {
 namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+/// A direction tried, from b to a.
+struct Axis {
+  double separation = -infinity;
+  Vector3 normal = Vector3::Zero();
+};
+
+struct FaceAxis : Axis {
+  bool of_b = false;
+  std::uint32_t face = 0;  ///< of a, where it is not of b
+};
+
+struct EdgeAxis : Axis {
+  std::uint32_t arc = none;    ///< of b
+  std::uint32_t arc_a = none;  ///< of a
+  bool of_neighbour = false;   ///< it is the normal of the triangle next to b
+};
 
 /// Largest angle between the normals of contacts of one face, rad.
 constexpr double one_direction = 1e-6;
@@ -29,18 +50,137 @@ struct Scratch {
   std::vector<bool> taken;
   std::vector<Point> group;
   std::vector<Point> hull;
+  std::vector<PolytopeEdge> edges_a;
+  std::vector<Vector3> corners_a;
+  std::vector<Vector3> corners_b;
 };
 
-Scratch& scratch() {
-  thread_local Scratch memory;
-  return memory;
-}
+thread_local Scratch scratch;
 
-/// The corners of the convex hull of scratch().group, counter-clockwise, into scratch().hull (Andrew's
+/// The search for the axis of contact of a polytope a and a triangle b of a mesh, and the contacts along it.
+class TriangleSearch {
+ public:
+  TriangleSearch(const Facets& a, const Facets& b, double margin, Contacts& out)
+      : a_(a), b_(b), size_(std::min(a.size, b.size)), margin_(margin), out_(out) {}
+
+  void find() {
+    if (!search_faces()) return;
+    for (const Vector3& n : b_.around) {
+      const double separation = separation_along(n);
+      if (separation >= margin_) return;
+      if (separation > edge_.separation) edge_ = {{separation, n}, none, none, true};
+    }
+    for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
+      if (!search_arc(i)) return;
+    }
+    const double preference = face_preference(face_.separation, size_);
+    const bool edge_first = edge_.separation > face_.separation + preference;
+    if (edge_first && edge_.of_neighbour) return;  // found there
+    if (!edge_first && add_face_contacts()) return;
+    // Far below the face's, an edge's direction is not the one in which the two meet.
+    const bool is_near = edge_.separation > face_.separation - preference;
+    if (is_near && edge_.arc != none) {
+      const Segment of_a = edge_of(a_, edge_.arc_a);
+      const Segment of_b = edge_of(b_, edge_.arc);
+      Manifold manifold(edge_.normal, size_, margin_, out_);
+      const double near = face_preference(edge_.separation, size_);
+      if (manifold.add_beside(of_a, of_b, near) || manifold.add_crossing(of_a, of_b)) return;
+    }
+    if (edge_first && add_face_contacts()) return;
+    if (std::max(edge_.separation, face_.separation) > 0) add_closest();
+  }
+
+ private:
+  static Segment edge_of(const Facets& facets, std::uint32_t arc) {
+    return {facets.vertices[facets.arcs[arc].from], facets.vertices[facets.arcs[arc].to]};
+  }
+
+  double separation_along(const Vector3& n) const {
+    std::uint32_t vertex = 0;
+    return -a_.height(-n, vertex) - b_.height(n, vertex);
+  }
+
+  /// Finds the face of the largest separation. Returns false where that is the margin or more.
+  bool search_faces() {
+    std::uint32_t vertex = 0;
+    const Vector3& front = b_.face_normals[0];
+    face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
+    if (face_.separation >= margin_) return false;
+    FaceAxis of_a;
+    for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
+      const Vector3 n = -a_.face_normals[f];
+      const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
+      if (separation <= std::max(face_.separation, of_a.separation) || !b_.pushes(n, vertex)) continue;
+      if (separation >= margin_) return false;
+      of_a = {{separation, n}, false, f};
+    }
+    if (of_a.separation > face_.separation + second_face_preference(face_.separation, size_)) face_ = of_a;
+    return true;
+  }
+
+  /// Searches the cross products of one edge of b with those of a. Returns false where one separates the two
+  /// by the margin.
+  bool search_arc(std::uint32_t i) {
+    const Facets::Arc& arc = b_.arcs[i];
+    const Vector3& from = b_.vertices[arc.from];
+    const PolytopeEdge of_b = {
+        from, b_.vertices[arc.to] - from, {arc.first, arc.last}, arc.first.cross(arc.last)};
+    for (std::uint32_t k = 0; k < scratch.edges_a.size(); ++k) {
+      Vector3 n;
+      if (!cross_edges(of_b, scratch.edges_a[k], n)) continue;
+      const double separation = separation_along(n);
+      if (separation <= edge_.separation) continue;
+      edge_ = {{separation, n}, i, k, false};
+      if (separation >= margin_) return false;
+    }
+    return true;
+  }
+
+  bool add_face_contacts() {
+    const std::size_t first = out_.size();
+    std::uint32_t vertex = 0;
+    std::uint32_t face_of_a = face_.face;
+    if (face_.of_b) {
+      a_.height(-face_.normal, vertex);
+      face_of_a = a_.face_at(vertex, -face_.normal);
+    }
+    Manifold manifold(face_.normal, size_, margin_, out_);
+    manifold.add(a_.polygon(face_of_a, scratch.corners_a), b_.polygon(0, scratch.corners_b), face_.of_b);
+    return out_.size() > first;
+  }
+
+  /// Adds the closest points of shapes that are apart, with no face over the other and no edges crossing, if
+  /// the mesh pushes there.
+  void add_closest() {
+    ClosestPair closest = {.squared_distance = margin_ * margin_};
+    const Polygon triangle = b_.polygon(0, scratch.corners_b);
+    for (std::uint32_t k = 0; k < a_.arcs.size(); ++k) {
+      for (std::size_t i = 0; i < 3; ++i) closest.consider(edge_of(a_, k), triangle.side(i));
+    }
+    const double distance = std::sqrt(closest.squared_distance);
+    if (closest.squared_distance == margin_ * margin_ || distance <= flush_share * size_) return;
+    const Vector3 n = (closest.on_a - closest.on_b) / distance;
+    std::uint32_t vertex = 0;
+    b_.height(n, vertex);
+    // Skip what is not closest, or is closer to a neighbour.
+    if (separation_along(n) < distance - 1e-6 * size_ || !b_.pushes(n, vertex)) return;
+    out_.push_back({closest.on_a, closest.on_b, n, distance});
+  }
+
+  const Facets& a_;
+  const Facets& b_;
+  double size_;
+  double margin_;
+  Contacts& out_;
+  FaceAxis face_;
+  EdgeAxis edge_;
+};
+
+/// The corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull (Andrew's
 /// chains). Points no farther than `tolerance` outside a side are on it.
 void find_hull(double tolerance) {
-  std::vector<Point>& points = scratch().group;
-  std::vector<Point>& hull = scratch().hull;
+  std::vector<Point>& points = scratch.group;
+  std::vector<Point>& hull = scratch.hull;
   hull.clear();
   std::ranges::sort(points, [](const Point& p, const Point& q) {
     return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.contact < q.contact;
@@ -72,28 +212,27 @@ void find_hull(double tolerance) {
   }
 }
 
-/// Appends of scratch().contacts the corners of the hull of each group with one normal.
-void add_hulls(double tolerance, std::vector<ContactPoint>& out) {
-  Scratch& memory = scratch();
-  const std::vector<ContactPoint>& contacts = memory.contacts;
-  memory.taken.assign(contacts.size(), false);
+/// Appends of scratch.contacts the corners of the hull of each group with one normal.
+void add_hulls(double tolerance, Contacts& out) {
+  const Contacts& contacts = scratch.contacts;
+  scratch.taken.assign(contacts.size(), false);
   for (std::size_t first = 0; first < contacts.size(); ++first) {
-    if (memory.taken[first]) continue;
+    if (scratch.taken[first]) continue;
     const Vector3& n = contacts[first].normal;
     const Vector3 x = n.unitOrthogonal();
     const Vector3 y = n.cross(x);
-    memory.group.clear();
+    scratch.group.clear();
     for (std::size_t i = first; i < contacts.size(); ++i) {
-      if (memory.taken[i] || (contacts[i].normal - n).norm() > one_direction) continue;
+      if (scratch.taken[i] || (contacts[i].normal - n).norm() > one_direction) continue;
       // Faces with one direction at different heights are different faces.
       if (std::abs(n.dot(contacts[i].on_b - contacts[first].on_b)) > tolerance) continue;
-      memory.taken[i] = true;
-      memory.group.push_back(
+      scratch.taken[i] = true;
+      scratch.group.push_back(
           {x.dot(contacts[i].on_b), y.dot(contacts[i].on_b), static_cast<std::uint32_t>(i)});
     }
-    if (memory.group.size() > 1) {
+    if (scratch.group.size() > 1) {
       find_hull(tolerance);
-      for (const Point& point : memory.hull) out.push_back(contacts[point.contact]);
+      for (const Point& point : scratch.hull) out.push_back(contacts[point.contact]);
     } else {
       out.push_back(contacts[first]);
     }
@@ -108,16 +247,15 @@ Vector3 middle_of(const Shape& shape) {
 }  // namespace
 
 void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, const Pose& pose_b,
-                     double margin, std::vector<ContactPoint>& out) {
-  Scratch& memory = scratch();
+                     double margin, Contacts& out) {
   const Quaternion back = pose_b.orientation.conjugate();
   const Pose in_mesh = {back * (pose_a.position - pose_b.position), back * pose_a.orientation};
   Bounds box = bounds(a, in_mesh);
   box.lower.array() -= margin;
   box.upper.array() += margin;
-  memory.triangles.clear();
-  find_triangles(b, box, memory.triangles);
-  if (memory.triangles.empty()) return;
+  scratch.triangles.clear();
+  find_triangles(b, box, scratch.triangles);
+  if (scratch.triangles.empty()) return;
 
   // The mesh's axes, about the shape.
   const Vector3 origin = in_mesh.position;
@@ -128,18 +266,24 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
     size = 2 * solid->reach();
   } else {
     const auto& polytope = std::get<Polytope>(a);
-    memory.facets_a.load(polytope, in_mesh.orientation.toRotationMatrix(), Vector3::Zero());
+    scratch.facets_a.load(polytope, in_mesh.orientation.toRotationMatrix(), Vector3::Zero());
     size = 2 * polytope.bounding_radius;
+    scratch.edges_a.clear();
+    for (const auto& [from, to, first, last] : scratch.facets_a.arcs) {
+      const Vector3& start = scratch.facets_a.vertices[from];
+      scratch.edges_a.push_back(
+          {start, scratch.facets_a.vertices[to] - start, {-first, -last}, first.cross(last)});
+    }
   }
-  memory.contacts.clear();
-  for (const std::uint32_t t : memory.triangles) {
+  scratch.contacts.clear();
+  for (const std::uint32_t t : scratch.triangles) {
     const double height = b.normals[t].dot(middle - (b.vertices[b.triangles[t][0]] - origin));
     if (height < 0 && !b.two_sided) continue;
-    memory.facets_b.load(b, t, origin, height < 0);
+    scratch.facets_b.load(b, t, origin, height < 0);
     if (solid) {
-      find_revolved_facets(*solid, memory.facets_b, margin, memory.contacts);
+      find_revolved_facets(*solid, scratch.facets_b, margin, scratch.contacts);
     } else {
-      find_polytope_triangle(memory.facets_a, memory.facets_b, margin, memory.contacts);
+      TriangleSearch(scratch.facets_a, scratch.facets_b, margin, scratch.contacts).find();
     }
   }
   const std::size_t first = out.size();

@@ -8,18 +8,14 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/geometry/closest_points.h"
 #include "sim/geometry/contact_pairs.h"
+#include "sim/geometry/features.h"
 
 namespace substep {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-
-/// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
-/// faces keep their corners.
-constexpr double flush = 1e-9;
 
 /// The pose of a polytope in the frame of another.
 struct Placement {
@@ -40,12 +36,8 @@ struct FaceKnowledge {
   std::uint32_t witness;  ///< the other's vertex lowest over the face, where that was looked for
 };
 
-/// An edge that may touch the other polytope, in the frame of a.
-struct EdgeCandidate {
-  Vector3 from;
-  Vector3 along;
-  std::array<Vector3, 2> normals;  ///< of its two faces; b's with reversed sign
-  Vector3 across;                  ///< normals[0] × normals[1]
+/// An edge that may touch the other polytope, in the frame of a. The normals of b's are negative.
+struct EdgeCandidate : PolytopeEdge {
   std::uint32_t edge;
 };
 
@@ -56,8 +48,8 @@ struct Scratch {
   std::vector<EdgeCandidate> edges_a;
   std::vector<EdgeCandidate> edges_b;
   std::vector<Vector3> polygon;
-  std::vector<Vector3> clipped;
-  std::vector<double> outside;
+  std::vector<Vector3> kept;
+  std::vector<double> distances;
 
   /// Reserves memory for boxes: those that lie flat in the first step may need their edges later.
   Scratch() {
@@ -65,14 +57,15 @@ struct Scratch {
     edges_a.reserve(edges_of_box);
     edges_b.reserve(edges_of_box);
     polygon.reserve(edges_of_box);
-    clipped.reserve(edges_of_box);
-    outside.reserve(edges_of_box);
+    kept.reserve(edges_of_box);
+    distances.reserve(edges_of_box);
   }
 };
 
-Scratch& scratch() {
-  thread_local Scratch memory;
-  return memory;
+thread_local Scratch scratch;
+
+Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
+  return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
 }
 
 struct FaceAxis {
@@ -118,16 +111,16 @@ FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_i
     if (faces[f].height > faces[highest].height) highest = f;
   }
   FaceAxis best;
-  const auto look_at = [&](std::uint32_t f) {
+  const auto measure = [&](std::uint32_t f) {
     const Vector3& normal = p.face_normals[f];
     const double base = normal.dot(q_in_p.position) - p.face_offsets[f];
     const double separation = base + lowest(q, q_in_p.rotation.transpose() * normal, faces[f].witness);
     if (separation > best.separation) best = {separation, f};
   };
-  look_at(highest);
+  measure(highest);
   for (std::uint32_t f = 0; f < p.face_count() && best.separation < margin; ++f) {
     // q reaches at least as far down as the ball that it holds.
-    if (f != highest && faces[f].height - q.inner_radius > best.separation) look_at(f);
+    if (f != highest && faces[f].height - q.inner_radius > best.separation) measure(f);
   }
   return best;
 }
@@ -156,20 +149,12 @@ void for_each_candidate(const Polytope& p, const Polytope& q, const Placement& q
   }
 }
 
+/// The search for the axis of contact of two polytopes, and the contacts along it.
 class PolytopePair {
  public:
   PolytopePair(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
-               std::vector<ContactPoint>& out)
-      : a_(a),
-        b_(b),
-        pose_a_(pose_a),
-        pose_b_(pose_b),
-        b_in_a_(relative(pose_a, pose_b)),
-        a_in_b_(relative(pose_b, pose_a)),
-        size_(2 * std::min(a.bounding_radius, b.bounding_radius)),
-        margin_(margin),
-        out_(out),
-        scratch_(scratch()) {}
+               Contacts& out)
+      : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), margin_(margin), out_(out), scratch_(scratch) {}
 
   void find() {
     face_a_ = search_faces(a_, b_, b_in_a_, margin_, scratch_.faces_a);
@@ -183,8 +168,8 @@ class PolytopePair {
       if (!add_edge_contact()) add_closest();
       return;
     }
-    const bool second = face_b_.separation >
-                        face_a_.separation + second_face_share * face_preference(face_a_.separation, size_);
+    const bool second =
+        face_b_.separation > face_a_.separation + second_face_preference(face_a_.separation, size_);
     if (add_face_contacts(second, false)) return;
     // The preferred axis has no contact, so the axis of the largest separation decides.
     search_edges(face);
@@ -209,7 +194,7 @@ class PolytopePair {
       const Vector3& n = a_.face_normals[a_.edge_faces[e][0]];
       const Vector3& m = a_.face_normals[a_.edge_faces[e][1]];
       const Vector3& from = a_.vertices[a_.edges[e][0]];
-      edges_a.push_back({from, a_.vertices[a_.edges[e][1]] - from, {n, m}, n.cross(m), e});
+      edges_a.push_back({{from, a_.vertices[a_.edges[e][1]] - from, {n, m}, n.cross(m)}, e});
     });
     if (edges_a.empty()) return;
     for_each_candidate(b_, a_, a_in_b_, scratch_.faces_b, threshold, [&](std::uint32_t e) {
@@ -217,24 +202,13 @@ class PolytopePair {
       const Vector3 m = -(b_in_a_.rotation * b_.face_normals[b_.edge_faces[e][1]]);
       const Vector3 from = b_in_a_.point(b_.vertices[b_.edges[e][0]]);
       const Vector3 to = b_in_a_.point(b_.vertices[b_.edges[e][1]]);
-      edges_b.push_back({from, to - from, {n, m}, n.cross(m), e});
+      edges_b.push_back({{from, to - from, {n, m}, n.cross(m)}, e});
     });
     double best = threshold;
     for (const EdgeCandidate& ea : edges_a) {
       for (const EdgeCandidate& eb : edges_b) {
-        // The edges' cross product bounds the overlap only if the arcs that the normals of their faces span
-        // on the unit sphere cross.
-        const double c = eb.normals[0].dot(ea.across);
-        const double d = eb.normals[1].dot(ea.across);
-        if (c * d >= 0) continue;
-        const double n = ea.normals[0].dot(eb.across);
-        const double m = ea.normals[1].dot(eb.across);
-        if (n * m >= 0 || c * m <= 0) continue;
-        Vector3 axis = ea.along.cross(eb.along);
-        const double squared = axis.squaredNorm();
-        if (squared <= 1e-12 * ea.along.squaredNorm() * eb.along.squaredNorm()) continue;
-        axis /= std::sqrt(squared);
-        if (axis.dot(ea.normals[0] + ea.normals[1]) < 0) axis = -axis;
+        Vector3 axis;
+        if (!cross_edges(ea, eb, axis)) continue;
         if (axis.dot(eb.from - ea.from) <= best) continue;
         // Where arcs nearly touch, rounding may have let a wrong pair through: the true extents decide.
         std::uint32_t vertex = 0;
@@ -266,18 +240,14 @@ class PolytopePair {
 
   /// Returns false where the edges are apart and do not cross, so that they are not the closest features.
   bool add_edge_contact() {
-    const auto segment = [](const Polytope& polytope, std::uint32_t edge) -> Segment {
-      return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
-    };
-    const Segment of_a = segment(a_, edge_.of_a);
-    const Segment inner = segment(b_, edge_.of_b);
-    const Segment of_b = {b_in_a_.point(inner.from), b_in_a_.point(inner.to)};
-    const SegmentParameters parameters = closest_parameters(of_a, of_b);
-    const Vector3 on_a = point_at(of_a, parameters.on_a);
-    const Vector3 on_b = point_at(of_b, parameters.on_b);
-    const double distance = (on_b - on_a).dot(edge_.axis);
-    if (edge_.separation > 0 && (on_b - on_a - distance * edge_.axis).norm() > 1e-6 * size_) return false;
-    out_.push_back({pose_a_ * on_a, pose_a_ * on_b, -(pose_a_.orientation * edge_.axis), distance});
+    const Segment inner = edge_of(b_, edge_.of_b);
+    ClosestPair closest;
+    closest.consider(edge_of(a_, edge_.of_a), {b_in_a_.point(inner.from), b_in_a_.point(inner.to)});
+    const Vector3 between = closest.on_b - closest.on_a;
+    const double distance = between.dot(edge_.axis);
+    if (edge_.separation > 0 && (between - distance * edge_.axis).norm() > 1e-6 * size_) return false;
+    out_.push_back(
+        {pose_a_ * closest.on_a, pose_a_ * closest.on_b, -(pose_a_.orientation * edge_.axis), distance});
     return true;
   }
 
@@ -290,7 +260,7 @@ class PolytopePair {
     const std::uint32_t face = (reference_is_b ? face_b_ : face_a_).face;
     const Vector3& normal = p.face_normals[face];
     const double offset = p.face_offsets[face];
-    const double tolerance = flush * size_;
+    const double tolerance = flush_share * size_;
 
     load_incident_face(q, q_in_p, normal, tolerance);
     Vector3 lowest_corner = scratch_.polygon[0];
@@ -298,7 +268,11 @@ class PolytopePair {
       if (normal.dot(corner) < normal.dot(lowest_corner)) lowest_corner = corner;
     }
     for_each_side(p, face, [&](const Vector3& corner, const Vector3& outward) {
-      clip(corner, outward.normalized(), tolerance);
+      const Vector3 unit = outward.normalized();
+      const auto outside = [&](const Vector3& point) { return unit.dot(point - corner); };
+      if (cut_polygon(scratch_.polygon, scratch_.kept, scratch_.distances, tolerance, outside)) {
+        scratch_.polygon.swap(scratch_.kept);
+      }
     });
 
     double least = infinity;
@@ -346,45 +320,22 @@ class PolytopePair {
     }
     // Give both buffers the size of the larger, since they swap at each cut.
     scratch_.polygon.clear();
-    scratch_.polygon.reserve(scratch_.clipped.capacity());
-    scratch_.clipped.reserve(scratch_.polygon.capacity());
+    scratch_.polygon.reserve(scratch_.kept.capacity());
+    scratch_.kept.reserve(scratch_.polygon.capacity());
     for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
       scratch_.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
     }
-  }
-
-  /// Cuts off the part of scratch_.polygon that is outside one side.
-  void clip(const Vector3& corner, const Vector3& outward, double tolerance) {
-    std::vector<Vector3>& polygon = scratch_.polygon;
-    std::vector<double>& outside = scratch_.outside;
-    outside.clear();
-    bool any_outside = false;
-    for (const Vector3& point : polygon) {
-      outside.push_back(outward.dot(point - corner));
-      any_outside = any_outside || outside.back() > tolerance;
-    }
-    if (!any_outside) return;
-    scratch_.clipped.clear();
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const std::size_t next = i + 1 < polygon.size() ? i + 1 : 0;
-      const bool is_in = outside[i] <= tolerance;
-      if (is_in) scratch_.clipped.push_back(polygon[i]);
-      if (is_in == (outside[next] <= tolerance)) continue;
-      const double part = std::clamp(outside[i] / (outside[i] - outside[next]), 0.0, 1.0);
-      scratch_.clipped.push_back(polygon[i] + part * (polygon[next] - polygon[i]));
-    }
-    polygon.swap(scratch_.clipped);
   }
 
   const Polytope& a_;
   const Polytope& b_;
   const Pose& pose_a_;
   const Pose& pose_b_;
-  Placement b_in_a_;
-  Placement a_in_b_;
-  double size_;
+  Placement b_in_a_ = relative(pose_a_, pose_b_);
+  Placement a_in_b_ = relative(pose_b_, pose_a_);
+  double size_ = 2 * std::min(a_.bounding_radius, b_.bounding_radius);
   double margin_;
-  std::vector<ContactPoint>& out_;
+  Contacts& out_;
   Scratch& scratch_;
   FaceAxis face_a_;
   FaceAxis face_b_;
@@ -405,9 +356,8 @@ class Slab {
   template <class Use>
   void for_each_edge(Use use) const {
     for (const auto& [from, to] : polytope_.edges) {
-      if (has(from) || has(to)) {
-        use(Segment{placement_.point(polytope_.vertices[from]), placement_.point(polytope_.vertices[to])});
-      }
+      if (!has(from) && !has(to)) continue;
+      use(Segment{placement_.point(polytope_.vertices[from]), placement_.point(polytope_.vertices[to])});
     }
   }
 
@@ -437,7 +387,7 @@ class Slab {
 }  // namespace
 
 void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
-                            double margin, std::vector<ContactPoint>& out) {
+                            double margin, Contacts& out) {
   const double reach = a.bounding_radius + b.bounding_radius + margin;
   const Vector3 between =
       pose_a.position - pose_b.position + pose_a.orientation * a.centre - pose_b.orientation * b.centre;
@@ -446,8 +396,7 @@ void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytop
 }
 
 void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
-                           const Vector3& axis, double separation, double margin,
-                           std::vector<ContactPoint>& out) {
+                           const Vector3& axis, double separation, double margin, Contacts& out) {
   // Points nearer to each other than the margin are not further than this behind the two planes between which
   // the gap is.
   const double depth = margin - separation;
@@ -457,33 +406,22 @@ void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope
   const Slab slab_a(a, a_in_a, -local_axis, depth);
   const Slab slab_b(b, b_in_a, local_axis, depth);
 
-  double best = margin * margin;
-  Vector3 on_a = Vector3::Zero();
-  Vector3 on_b = Vector3::Zero();
-  bool found = false;
-  const auto consider = [&](const Vector3& of_a, const Vector3& of_b) {
-    const double squared = (of_a - of_b).squaredNorm();
-    if (squared >= best) return;
-    best = squared;
-    on_a = of_a;
-    on_b = of_b;
-    found = true;
-  };
-  slab_a.for_each_vertex_over(slab_b, consider);
-  slab_b.for_each_vertex_over(slab_a,
-                              [&](const Vector3& of_b, const Vector3& of_a) { consider(of_a, of_b); });
-  slab_a.for_each_edge([&](const Segment& edge_a) {
-    slab_b.for_each_edge([&](const Segment& edge_b) {
-      const SegmentParameters parameters = closest_parameters(edge_a, edge_b);
-      consider(point_at(edge_a, parameters.on_a), point_at(edge_b, parameters.on_b));
-    });
+  ClosestPair closest = {.squared_distance = margin * margin};
+  slab_a.for_each_vertex_over(
+      slab_b, [&](const Vector3& of_a, const Vector3& of_b) { closest.consider(of_a, of_b); });
+  slab_b.for_each_vertex_over(
+      slab_a, [&](const Vector3& of_b, const Vector3& of_a) { closest.consider(of_a, of_b); });
+  slab_a.for_each_edge([&](const Segment& of_a) {
+    slab_b.for_each_edge([&](const Segment& of_b) { closest.consider(of_a, of_b); });
   });
-  if (!found) return;
-  const double distance = std::sqrt(best);
+  if (closest.squared_distance == margin * margin) return;
+  const Vector3 between = closest.on_a - closest.on_b;
+  const double distance = between.norm();
   const double size = std::min(a.bounding_radius, b.bounding_radius);
   // Nearer, the points give no direction.
-  const Vector3 normal = distance > flush * size ? Vector3((on_a - on_b) / distance) : Vector3(-local_axis);
-  out.push_back({pose_a * on_a, pose_a * on_b, pose_a.orientation * normal, normal.dot(on_a - on_b)});
+  const Vector3 normal = distance > flush_share * size ? Vector3(between / distance) : Vector3(-local_axis);
+  out.push_back(
+      {pose_a * closest.on_a, pose_a * closest.on_b, pose_a.orientation * normal, normal.dot(between)});
 }
 
 }  // namespace substep

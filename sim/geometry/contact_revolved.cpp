@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "sim/geometry/contact_facets.h"
-#include "sim/geometry/contact_manifold.h"
 #include "sim/geometry/contact_pairs.h"
 #include "sim/math/find_root.h"
 
@@ -15,16 +14,13 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-Facets& facets() {
-  thread_local Facets memory;
-  return memory;
-}
+thread_local Facets facets;
 
 /// Two revolved solids; the separation along n, from b to a, is how far a's lowest point is above b's
 /// highest.
 class RevolvedPair {
  public:
-  RevolvedPair(const RevolvedSolid& a, const RevolvedSolid& b, double margin, std::vector<ContactPoint>& out)
+  RevolvedPair(const RevolvedSolid& a, const RevolvedSolid& b, double margin, Contacts& out)
       : a_(a), b_(b), size_(2 * std::min(a.reach(), b.reach())), margin_(margin), out_(out) {}
 
   void find() {
@@ -61,7 +57,7 @@ class RevolvedPair {
         const double value = separation(n);
         if (value >= margin_) return false;
         const double handicap =
-            !of_b && disc_separation_ > -infinity ? second_face_share * preference(disc_separation_) : 0;
+            !of_b && disc_separation_ > -infinity ? second_face_preference(disc_separation_, size_) : 0;
         if (value <= disc_separation_ + handicap) continue;
         disc_separation_ = value;
         disc_normal_ = n;
@@ -198,37 +194,23 @@ class RevolvedPair {
   }
 
   bool add_disc_contacts() {
-    const std::size_t first = out_.size();
     Manifold manifold(disc_normal_, size_, margin_, out_);
+    const Disc disc = end_disc(disc_of_b_ ? b_ : a_, disc_end_);
     if (disc_of_b_) {
-      const Disc disc = end_disc(b_, disc_end_);
-      const RevolvedFeature feature = feature_towards(a_, -disc_normal_);
-      if (feature.is_disc) {
-        manifold.add(feature.disc, disc);
-      } else {
-        manifold.add(feature.line, disc);
-      }
+      std::visit([&](const auto& feature) { manifold.add(feature, disc); },
+                 feature_towards(a_, -disc_normal_));
     } else {
-      const Disc disc = end_disc(a_, disc_end_);
-      const RevolvedFeature feature = feature_towards(b_, disc_normal_);
-      if (feature.is_disc) {
-        manifold.add(disc, feature.disc);
-      } else {
-        manifold.add(disc, feature.line);
-      }
+      std::visit([&](const auto& feature) { manifold.add(disc, feature); },
+                 feature_towards(b_, disc_normal_));
     }
-    double least = infinity;
-    for (std::size_t i = first; i < out_.size(); ++i) least = std::min(least, out_[i].distance);
-    if (out_.size() > first && least <= disc_separation_ + preference(disc_separation_)) return true;
-    out_.resize(first);
-    return false;
+    return manifold.keep_if_below(disc_separation_ + preference(disc_separation_));
   }
 
   const RevolvedSolid& a_;
   const RevolvedSolid& b_;
   double size_;
   double margin_;
-  std::vector<ContactPoint>& out_;
+  Contacts& out_;
   double disc_separation_ = -infinity;
   Vector3 disc_normal_ = Vector3::Zero();
   bool disc_of_b_ = false;
@@ -239,16 +221,7 @@ class RevolvedPair {
 
 }  // namespace
 
-std::optional<RevolvedSolid> as_revolved(const Shape& shape, const Pose& pose) {
-  if (const auto* sphere = std::get_if<Sphere>(&shape)) return RevolvedSolid(*sphere, pose);
-  if (const auto* capsule = std::get_if<Capsule>(&shape)) return RevolvedSolid(*capsule, pose);
-  if (const auto* tapered = std::get_if<TaperedCapsule>(&shape)) return RevolvedSolid(*tapered, pose);
-  if (const auto* cylinder = std::get_if<Cylinder>(&shape)) return RevolvedSolid(*cylinder, pose);
-  return std::nullopt;
-}
-
-void find_revolved_plane(const RevolvedSolid& a, const Pose& plane, double margin,
-                         std::vector<ContactPoint>& out) {
+void find_revolved_plane(const RevolvedSolid& a, const Pose& plane, double margin, Contacts& out) {
   const Vector3 normal = plane.orientation * Vector3::UnitY();
   if (normal.dot(a.middle - plane.position) - a.reach() >= margin) return;
   Manifold manifold(normal, 2 * a.reach(), margin, out);
@@ -256,18 +229,18 @@ void find_revolved_plane(const RevolvedSolid& a, const Pose& plane, double margi
     manifold.add_point(point, normal.dot(point - plane.position));
   };
   const RevolvedFeature feature = feature_towards(a, -normal);
-  if (feature.is_disc) {
-    for (const Vector3& point : rim_points(feature.disc, normal)) add(point);
+  if (const auto* disc = std::get_if<Disc>(&feature)) {
+    for (const Vector3& point : rim_points(*disc, normal)) add(point);
   } else if (a.has_side) {
-    add(feature.line.from);
-    add(feature.line.to);
+    const auto& [from, to] = std::get<Segment>(feature);
+    add(from);
+    add(to);
   } else {
     add(a.support(-normal));
   }
 }
 
-void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, double margin,
-                            std::vector<ContactPoint>& out) {
+void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, double margin, Contacts& out) {
   const double reach = a.reach() + b.reach() + margin;
   if ((a.middle - b.middle).squaredNorm() >= reach * reach) return;
   // About the middle of one, so that the digits do not depend on how far from the origin the pair is.
@@ -285,22 +258,17 @@ void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, doub
 }
 
 void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
-                         double margin, std::vector<ContactPoint>& out) {
+                         double margin, Contacts& out) {
   // In the polytope's frame; the difference first: exact where both are far from the origin.
   const Quaternion back = pose_b.orientation.conjugate();
   const Pose local = {back * (pose_a.position - pose_b.position), back * pose_a.orientation};
   const RevolvedSolid solid = *as_revolved(a, local);
   const double reach = solid.reach() + b.bounding_radius + margin;
   if ((solid.middle - b.centre).squaredNorm() >= reach * reach) return;
-  Facets& facets_b = facets();
-  facets_b.load(b, Matrix3::Identity(), Vector3::Zero());
+  facets.load(b, Matrix3::Identity(), Vector3::Zero());
   const std::size_t first = out.size();
-  find_revolved_facets(solid, facets_b, margin, out);
-  for (std::size_t i = first; i < out.size(); ++i) {
-    out[i].on_a = pose_b * out[i].on_a;
-    out[i].on_b = pose_b * out[i].on_b;
-    out[i].normal = pose_b.orientation * out[i].normal;
-  }
+  find_revolved_facets(solid, facets, margin, out);
+  place(pose_b, first, out);
 }
 
 }  // namespace substep

@@ -6,17 +6,15 @@
 #include <limits>
 #include <optional>
 
-#include "sim/geometry/closest_points.h"
 #include "sim/geometry/contact_pairs.h"
+#include "sim/geometry/features.h"
 
 namespace substep {
 namespace {
 
-using Contacts = std::vector<ContactPoint>;
-
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Nearer than this part of the shape's size, two points give no direction.
+/// Fraction of the shape's size within which two points give no direction.
 constexpr double coincident = 1e-9;
 
 Vector3 perpendicular(const Vector3& direction) {
@@ -69,6 +67,7 @@ void add_segment_contacts(const Segment& a, double radius_a, const Segment& b, d
 }
 
 Segment axis_of(const Capsule& capsule, const Pose& pose) {
+  if (capsule.half_length == 0) return {pose.position, pose.position};
   const Vector3 half = pose.orientation * Vector3(0, capsule.half_length, 0);
   return {pose.position - half, pose.position + half};
 }
@@ -90,68 +89,52 @@ FaceSeparation largest_separation(const Polytope& polytope, const Segment& segme
   return best;
 }
 
-/// Closest points of a segment (which may be a point) and a polytope that it does not touch.
-struct ClosestPair {
-  double squared_distance = infinity;
-  Vector3 on_segment = Vector3::Zero();
-  Vector3 on_polytope = Vector3::Zero();
-  std::optional<std::size_t> edge;  ///< the edge on which `on_polytope` lies, if it is not inside a face
+/// The closest points of a segment (which may be a point) and a polytope that it does not touch.
+struct ClosestOfPolytope : ClosestPair {
+  std::optional<std::size_t> edge;  ///< the edge on which `on_b` lies, if it is not inside a face
 };
 
-ClosestPair closest_pair(const Polytope& polytope, const Segment& segment) {
-  ClosestPair best;
-  const auto consider = [&](const Vector3& on_segment, const Vector3& on_polytope,
-                            std::optional<std::size_t> edge) {
-    const double squared = (on_segment - on_polytope).squaredNorm();
-    if (squared < best.squared_distance) best = {squared, on_segment, on_polytope, edge};
-  };
+ClosestOfPolytope closest_points(const Segment& segment, const Polytope& polytope) {
+  ClosestOfPolytope best;
   for (std::size_t f = 0; f < polytope.face_count(); ++f) {
     for (const Vector3& end : {segment.from, segment.to}) {
       const double height = polytope.face_normals[f].dot(end) - polytope.face_offsets[f];
       if (height < 0 || height * height >= best.squared_distance || !is_over(polytope, f, end)) continue;
-      consider(end, end - height * polytope.face_normals[f], std::nullopt);
+      best.consider(end, end - height * polytope.face_normals[f]);
     }
   }
   for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
-    const Segment edge = {polytope.vertices[polytope.edges[e][0]], polytope.vertices[polytope.edges[e][1]]};
-    const SegmentParameters parameters = closest_parameters(segment, edge);
-    consider(point_at(segment, parameters.on_a), point_at(edge, parameters.on_b), e);
+    const auto& [from, to] = polytope.edges[e];
+    if (best.consider(segment, {polytope.vertices[from], polytope.vertices[to]})) best.edge = e;
   }
   return best;
 }
 
-/// Parts of the way along `segment` between which it lies in the prism over a face; nothing if nowhere.
+/// Returns the fractions of the way along `segment` between which it lies in the prism over a face; nothing
+/// if nowhere.
 std::optional<std::array<double, 2>> part_over(const Polytope& polytope, std::size_t face,
                                                const Segment& segment) {
   double low = 0;
   double high = 1;
+  bool any = true;
   for_each_side(polytope, face, [&](const Vector3& corner, const Vector3& outward) {
-    const double from = outward.dot(segment.from - corner);
-    const double to = outward.dot(segment.to - corner);
-    if (from > 0 && to > 0) {
-      high = -1;
-    } else if (from > 0) {
-      low = std::max(low, from / (from - to));
-    } else if (to > 0) {
-      high = std::min(high, from / (from - to));
-    }
+    any = any &&
+          cut_interval(outward.dot(segment.from - corner), outward.dot(segment.to - corner), 0, low, high);
   });
-  if (low > high) return std::nullopt;
+  if (!any) return std::nullopt;
   return std::array{low, high};
 }
 
-/// Whether part of the segment lies in the polytope.
+/// Returns true where part of the segment lies in the polytope.
 bool enters(const Polytope& polytope, const Segment& segment) {
   double low = 0;
   double high = 1;
-  for (std::size_t f = 0; f < polytope.face_count() && low <= high; ++f) {
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
     const double from = polytope.face_normals[f].dot(segment.from) - polytope.face_offsets[f];
     const double to = polytope.face_normals[f].dot(segment.to) - polytope.face_offsets[f];
-    if (from > 0 && to > 0) return false;
-    if (from > 0) low = std::max(low, from / (from - to));
-    if (to > 0) high = std::min(high, from / (from - to));
+    if (!cut_interval(from, to, 0, low, high)) return false;
   }
-  return low <= high;
+  return true;
 }
 
 /// A segment with a radius against a polytope, in the polytope's frame.
@@ -159,12 +142,7 @@ class SegmentAgainstPolytope {
  public:
   SegmentAgainstPolytope(const Segment& segment, double radius, const Polytope& polytope, double margin,
                          Contacts& out)
-      : segment_(segment),
-        radius_(radius),
-        polytope_(polytope),
-        size_(2 * std::min(radius + (segment.to - segment.from).norm() / 2, polytope.bounding_radius)),
-        margin_(margin),
-        out_(out) {}
+      : segment_(segment), radius_(radius), polytope_(polytope), margin_(margin), out_(out) {}
 
   void find() {
     const FaceSeparation face = largest_separation(polytope_, segment_);
@@ -202,7 +180,7 @@ class SegmentAgainstPolytope {
   }
 
   void find_outside(const FaceSeparation& face) {
-    const ClosestPair closest = closest_pair(polytope_, segment_);
+    const ClosestOfPolytope closest = closest_points(segment_, polytope_);
     const double distance = std::sqrt(closest.squared_distance);
     if (distance - radius_ >= margin_) return;
     // A face that the axis is nearly parallel to, if it really lies over it where it is lowest.
@@ -214,7 +192,7 @@ class SegmentAgainstPolytope {
       add_segment_contacts(segment_, radius_, {polytope_.vertices[from], polytope_.vertices[to]}, 0, size_,
                            fallback, margin_, out_);
     } else {
-      add_ball_contact(closest.on_segment, radius_, closest.on_polytope, 0, fallback, margin_, out_);
+      add_ball_contact(closest.on_a, radius_, closest.on_b, 0, fallback, margin_, out_);
     }
   }
 
@@ -257,30 +235,10 @@ class SegmentAgainstPolytope {
   Segment segment_;
   double radius_;
   const Polytope& polytope_;
-  double size_;
+  double size_ = 2 * std::min(radius_ + (segment_.to - segment_.from).norm() / 2, polytope_.bounding_radius);
   double margin_;
   Contacts& out_;
 };
-
-/// Finds in the polytope's frame what is then taken to the world.
-void find_against_polytope(const Segment& segment, double radius, const Polytope& polytope, const Pose& pose,
-                           double margin, Contacts& out) {
-  const Vector3 middle = (segment.from + segment.to) / 2;
-  const double reach = (segment.to - segment.from).norm() / 2 + radius + polytope.bounding_radius + margin;
-  if ((middle - pose.position - pose.orientation * polytope.centre).squaredNorm() >= reach * reach) return;
-  const Pose inverse = pose.inverse();
-  const auto local = [&](const Vector3& point) -> Vector3 {
-    // The difference first: exact where both are far from the origin and near each other.
-    return inverse.orientation * (point - pose.position);
-  };
-  const std::size_t first = out.size();
-  SegmentAgainstPolytope({local(segment.from), local(segment.to)}, radius, polytope, margin, out).find();
-  for (std::size_t i = first; i < out.size(); ++i) {
-    out[i].on_a = pose * out[i].on_a;
-    out[i].on_b = pose * out[i].on_b;
-    out[i].normal = pose.orientation * out[i].normal;
-  }
-}
 
 void add_plane_contact(const Vector3& point, double radius, const Pose& plane, const Vector3& normal,
                        double margin, Contacts& out) {
@@ -290,10 +248,6 @@ void add_plane_contact(const Vector3& point, double radius, const Pose& plane, c
 }
 
 }  // namespace
-
-void find_sphere_plane(const Sphere& a, const Pose& pose_a, const Pose& plane, double margin, Contacts& out) {
-  add_plane_contact(pose_a.position, a.radius, plane, plane.orientation * Vector3::UnitY(), margin, out);
-}
 
 void find_capsule_plane(const Capsule& a, const Pose& pose_a, const Pose& plane, double margin,
                         Contacts& out) {
@@ -323,14 +277,19 @@ void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b
   add_segment_contacts(axis_a, a.radius, axis_b, b.radius, size, fallback, margin, out);
 }
 
-void find_sphere_polytope(const Sphere& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
-                          double margin, Contacts& out) {
-  find_against_polytope({pose_a.position, pose_a.position}, a.radius, b, pose_b, margin, out);
-}
-
 void find_capsule_polytope(const Capsule& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
                            double margin, Contacts& out) {
-  find_against_polytope(axis_of(a, pose_a), a.radius, b, pose_b, margin, out);
+  const Segment axis = axis_of(a, pose_a);
+  const Vector3 middle = (axis.from + axis.to) / 2;
+  const double reach = (axis.to - axis.from).norm() / 2 + a.radius + b.bounding_radius + margin;
+  if ((middle - pose_b.position - pose_b.orientation * b.centre).squaredNorm() >= reach * reach) return;
+  const auto in_b = [&](const Vector3& point) -> Vector3 {
+    // Subtract first: the difference is exact where both are far from the origin and near each other.
+    return pose_b.orientation.conjugate() * (point - pose_b.position);
+  };
+  const std::size_t first = out.size();
+  SegmentAgainstPolytope({in_b(axis.from), in_b(axis.to)}, a.radius, b, margin, out).find();
+  place(pose_b, first, out);
 }
 
 void find_plane_polytope(const Pose& plane, const Polytope& b, const Pose& pose_b, double margin,

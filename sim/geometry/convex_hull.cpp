@@ -1,55 +1,36 @@
 #include "sim/geometry/convex_hull.h"
 
+#include <fmt/format.h>
 #include <libqhull_r/qhull_ra.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
-#include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "sim/error.h"
-#include "sim/geometry/welded_points.h"
+#include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
 
-/// A hull thinner than this part of its size is refused: its inertia and its contact normals would be noise.
+using Polygons = std::vector<std::vector<std::uint32_t>>;
+
+/// A hull thinner than this fraction of its size is refused: its inertia and its contact normals would be
+/// noise.
 constexpr double smallest_thickness = 1e-6;
 
-/// Facets whose vertices lie within this part of the hull's size of one plane are one face: a few times the
-/// rounding of the float coordinates that meshes are stored in.
+/// Facets whose vertices lie within this fraction of the hull's size of one plane are one face: a few times
+/// the rounding of the float coordinates that meshes are stored in.
 constexpr double coplanar = 4e-7;
 
-/// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
-constexpr double largest_coordinate = 1e9;
-
-/// Polygons as lists of corners, stored in one array.
-class Polygons {
- public:
-  void add(std::span<const std::uint32_t> corners) {
-    corners_.insert(corners_.end(), corners.begin(), corners.end());
-    begin_.push_back(static_cast<std::uint32_t>(corners_.size()));
-  }
-  std::size_t size() const { return begin_.size() - 1; }
-  std::span<const std::uint32_t> operator[](std::size_t index) const {
-    return {corners_.data() + begin_[index], corners_.data() + begin_[index + 1]};
-  }
-  const std::vector<std::uint32_t>& begin() const { return begin_; }
-  const std::vector<std::uint32_t>& corners() const { return corners_; }
-
- private:
-  std::vector<std::uint32_t> begin_ = {0};
-  std::vector<std::uint32_t> corners_;
-};
-
-/// Twice the area of a polygon as a vector along its normal (Newell's sum, about the first vertex).
+/// Returns twice the area of a polygon as a vector along its normal (Newell's sum, about the first vertex).
 Vector3 area_vector(std::span<const Vector3> points, std::span<const std::uint32_t> polygon) {
   Vector3 sum = Vector3::Zero();
   const Vector3& first = points[polygon[0]];
@@ -57,39 +38,6 @@ Vector3 area_vector(std::span<const Vector3> points, std::span<const std::uint32
     sum += (points[polygon[i]] - first).cross(points[polygon[i + 1]] - first);
   }
   return sum;
-}
-
-struct DirectedEdge {
-  std::uint32_t from, to, face;
-};
-
-/// All sides of all polygons, ordered by their two ends, lesser first; so the two sides of an edge are
-/// neighbours.
-std::vector<DirectedEdge> sides(const Polygons& polygons, std::size_t points) {
-  // Put each side into the bin of its lesser end; a bin holds few.
-  std::vector<std::uint32_t> bins(points + 1, 0);
-  const auto for_each_side = [&](const auto& use) {
-    for (std::uint32_t f = 0; f < polygons.size(); ++f) {
-      const std::span<const std::uint32_t> corners = polygons[f];
-      for (std::size_t i = 0; i < corners.size(); ++i) {
-        use(DirectedEdge{corners[i], corners[i + 1 < corners.size() ? i + 1 : 0], f});
-      }
-    }
-  };
-  for_each_side([&](const DirectedEdge& side) { ++bins[std::min(side.from, side.to) + 1]; });
-  std::partial_sum(bins.begin(), bins.end(), bins.begin());
-  std::vector<DirectedEdge> result(polygons.corners().size());
-  std::vector<std::uint32_t> next(bins.begin(), bins.end() - 1);
-  for_each_side([&](const DirectedEdge& side) { result[next[std::min(side.from, side.to)]++] = side; });
-  for (std::size_t i = 0; i < points; ++i) {
-    std::sort(result.begin() + bins[i], result.begin() + bins[i + 1],
-              [](const DirectedEdge& a, const DirectedEdge& b) {
-                const std::uint32_t end_a = std::max(a.from, a.to);
-                const std::uint32_t end_b = std::max(b.from, b.to);
-                return end_a != end_b ? end_a < end_b : a.from < b.from;
-              });
-  }
-  return result;
 }
 
 /// Fills normals, offsets and the two balls from vertices and faces.
@@ -121,30 +69,30 @@ void measure(Polytope& polytope) {
   polytope.inner_radius = std::max(polytope.inner_radius, 0.0);
 }
 
-/// Assembles a polytope from its vertices and faces. Returns false when the faces do not close.
-bool assemble(std::vector<Vector3> vertices, const Polygons& polygons, Polytope& polytope) {
+/// Returns the polytope of these vertices and faces; nothing when the faces do not close.
+std::optional<Polytope> assembled(std::vector<Vector3> vertices, const Polygons& polygons) {
+  const std::vector<FaceSide> sides = sorted_sides(polygons, vertices.size());
+  if (!are_paired(sides)) return std::nullopt;
+  Polytope polytope;
   polytope.vertices = std::move(vertices);
-  polytope.face_begin = polygons.begin();
-  polytope.face_vertices = polygons.corners();
-  const std::vector<DirectedEdge> both = sides(polygons, polytope.vertices.size());
-  if (both.size() % 2 != 0) return false;
-  polytope.edges.reserve(both.size() / 2);
-  polytope.edge_faces.reserve(both.size() / 2);
-  for (std::size_t i = 0; i < both.size(); i += 2) {
-    if (both[i].from != both[i + 1].to || both[i].to != both[i + 1].from) return false;
-    polytope.edges.push_back({both[i].from, both[i].to});
-    polytope.edge_faces.push_back({both[i].face, both[i + 1].face});
+  polytope.face_begin.push_back(0);
+  for (const std::vector<std::uint32_t>& corners : polygons) {
+    polytope.face_vertices.insert(polytope.face_vertices.end(), corners.begin(), corners.end());
+    polytope.face_begin.push_back(static_cast<std::uint32_t>(polytope.face_vertices.size()));
+  }
+  for (std::size_t i = 0; i < sides.size(); i += 2) {
+    polytope.edges.push_back({sides[i].from, sides[i].to});
+    polytope.edge_faces.push_back({sides[i].face, sides[i + 1].face});
   }
   measure(polytope);
-  return true;
+  return polytope;
 }
 
-/// One run of qhull: everything it allocates and everything it would print, released at the end.
+/// One run of qhull, whose memory is released at the end.
 class Qhull {
  public:
-  Qhull(std::vector<double>& coordinates) {
-    messages_ = open_memstream(&text_, &size_);
-    if (!messages_) throw Error("qhull: there is no memory for its messages");
+  explicit Qhull(std::vector<double>& coordinates) {
+    if (!messages_) throw Error("qhull: cannot open /dev/null for its messages");
     qh_zero(&qhull_, messages_);
     // Qt: triangles only, whose corners can be read without calling qhull again. Q5: how far points lie
     // outside of merged facets is not asked, so not measured.
@@ -158,176 +106,162 @@ class Qhull {
     int bytes = 0;
     qh_memfreeshort(&qhull_, &pieces, &bytes);
     std::fclose(messages_);
-    std::free(text_);
   }
   Qhull(const Qhull&) = delete;
   Qhull& operator=(const Qhull&) = delete;
 
   bool succeeded() const { return status_ == 0; }
 
-  /// The facets, counter-clockwise seen from outside, as indices of points.
-  Polygons triangles() {
-    Polygons result;
-    std::vector<std::uint32_t> corners;
+  /// Returns the facets, counter-clockwise seen from outside, as indices of points.
+  std::vector<Triangle> triangles() {
+    std::vector<Triangle> result;
     qhT* qh = &qhull_;
     facetT* facet = nullptr;
     FORALLfacets {
-      corners.clear();
+      std::size_t count = 0;
+      Triangle& corners = result.emplace_back();
       vertexT* vertex = nullptr;
       vertexT** vertexp = nullptr;
       FOREACHvertex_(facet->vertices) {
-        corners.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
+        corners.at(count++) = static_cast<std::uint32_t>(qh_pointid(qh, vertex->point));
       }
       if (static_cast<bool>(facet->toporient)) std::ranges::reverse(corners);
-      result.add(corners);
     }
     return result;
   }
 
  private:
   qhT qhull_ = {};
-  FILE* messages_ = nullptr;
-  char* text_ = nullptr;
-  std::size_t size_ = 0;
+  std::FILE* messages_ = std::fopen("/dev/null", "w");
   int status_ = 0;
 };
 
-/// Faces of triangles that lie in one plane to within `tolerance`. qhull merges only what its own rounding
-/// cannot tell apart.
+/// Joins triangles that lie in one plane to within `tolerance` to faces. qhull merges only what its own
+/// rounding cannot tell apart.
 class FaceMerger {
  public:
-  FaceMerger(std::span<const Vector3> points, const Polygons& triangles, double tolerance)
+  FaceMerger(std::span<const Vector3> points, std::span<const Triangle> triangles, double tolerance)
       : points_(points),
         triangles_(triangles),
         tolerance_(tolerance),
-        sides_(sides(triangles, points.size())),
+        sides_(sorted_sides(triangles, points.size())),
         group_(triangles.size(), none) {}
 
   /// Returns the faces, or nothing when an outline is no polygon.
   Polygons faces() {
     group();
     // What remains of a group's sides is its outline.
-    std::vector<std::uint32_t> begin(triangles_.size() + 1, 0);
-    const auto for_each_outer_side = [&](const auto& use) {
-      for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
-        if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
-        use(sides_[i]);
-        use(sides_[i + 1]);
+    std::vector<OuterSide> outer;
+    for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
+      if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
+      for (const FaceSide& side : {sides_[i], sides_[i + 1]}) {
+        outer.push_back({group_[side.face], side.from, side.to});
       }
-    };
-    for_each_outer_side([&](const DirectedEdge& side) { ++begin[group_[side.face] + 1]; });
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<Side> outer(begin.back());
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    for_each_outer_side([&](const DirectedEdge& side) {
-      outer[next[group_[side.face]]++] = {side.from, side.to};
-    });
+    }
+    std::ranges::sort(outer);
     Polygons result;
     for (const std::uint32_t seed : seeds_) {
-      const std::span<Side> outline(outer.data() + begin[seed], outer.data() + begin[seed + 1]);
-      if (!follow(outline)) return {};
-      result.add(polygon_);
+      const auto of_group = std::ranges::equal_range(outer, seed, {}, &OuterSide::group);
+      result.push_back(polygon_of(of_group));
+      if (result.back().empty()) return {};
     }
     return result;
   }
 
  private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  using Side = std::array<std::uint32_t, 2>;
 
-  // Gives each triangle the number of the one that its face began with.
+  struct OuterSide {
+    std::uint32_t group, from, to;
+    auto operator<=>(const OuterSide&) const = default;
+  };
+
+  /// Gives each triangle the number of the one that its face began with.
   void group() {
-    std::vector<std::array<std::uint32_t, 3>> neighbours(triangles_.size(), {none, none, none});
-    const auto join = [&](std::uint32_t one, std::uint32_t other) {
-      const auto free = std::ranges::find(neighbours[one], none);
-      if (free != neighbours[one].end()) *free = other;
-    };
+    std::vector<Triangle> neighbours(triangles_.size(), {none, none, none});
     for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
-      join(sides_[i].face, sides_[i + 1].face);
-      join(sides_[i + 1].face, sides_[i].face);
+      neighbours[sides_[i].face][sides_[i].corner] = sides_[i + 1].face;
+      neighbours[sides_[i + 1].face][sides_[i + 1].corner] = sides_[i].face;
     }
     // The largest triangle of a face has the most exact plane: start from it.
     std::vector<Vector3> areas(triangles_.size());
     std::vector<std::pair<double, std::uint32_t>> order;
-    order.reserve(triangles_.size());
     for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
       areas[i] = area_vector(points_, triangles_[i]);
       order.emplace_back(-areas[i].norm(), i);
     }
     std::ranges::sort(order);
-    std::vector<std::uint32_t> front;
     for (const auto& [negative_area, seed] : order) {
-      if (group_[seed] != none) continue;
-      const Vector3 normal = areas[seed].normalized();
-      const double offset = normal.dot(points_[triangles_[seed][0]]);
-      const auto belongs = [&](std::uint32_t candidate) {
-        return std::ranges::all_of(triangles_[candidate], [&](std::uint32_t corner) {
-          return std::abs(normal.dot(points_[corner]) - offset) <= tolerance_;
-        });
-      };
-      group_[seed] = seed;
-      seeds_.push_back(seed);
-      front.assign(1, seed);
-      while (!front.empty()) {
-        const std::uint32_t current = front.back();
-        front.pop_back();
-        for (const std::uint32_t other : neighbours[current]) {
-          if (other == none || group_[other] != none || !belongs(other)) continue;
-          group_[other] = seed;
-          front.push_back(other);
-        }
+      if (group_[seed] == none) flood(seed, areas[seed].normalized(), neighbours);
+    }
+  }
+
+  /// Gives the number of a triangle to those around it that lie in its plane.
+  void flood(std::uint32_t seed, const Vector3& normal, std::span<const Triangle> neighbours) {
+    const double offset = normal.dot(points_[triangles_[seed][0]]);
+    const auto belongs = [&](std::uint32_t candidate) {
+      return std::ranges::all_of(triangles_[candidate], [&](std::uint32_t corner) {
+        return std::abs(normal.dot(points_[corner]) - offset) <= tolerance_;
+      });
+    };
+    group_[seed] = seed;
+    seeds_.push_back(seed);
+    std::vector<std::uint32_t> front = {seed};
+    while (!front.empty()) {
+      const std::uint32_t current = front.back();
+      front.pop_back();
+      for (const std::uint32_t other : neighbours[current]) {
+        if (other == none || group_[other] != none || !belongs(other)) continue;
+        group_[other] = seed;
+        front.push_back(other);
       }
     }
   }
 
-  // Sets polygon_ to the outline from corner to corner, from the least on.
-  bool follow(std::span<Side> outline) {
-    std::ranges::sort(outline);
-    polygon_.clear();
-    if (outline.empty()) return false;
-    std::uint32_t corner = outline[0][0];
+  /// Returns the outline from corner to corner, from the least on; nothing when it is no polygon.
+  static std::vector<std::uint32_t> polygon_of(std::span<const OuterSide> outline) {
+    std::vector<std::uint32_t> polygon;
+    if (outline.empty()) return polygon;
+    std::uint32_t corner = outline[0].from;
     do {
-      const auto side =
-          std::ranges::lower_bound(outline, corner, {}, [](const Side& pair) { return pair[0]; });
-      if (side == outline.end() || (*side)[0] != corner) return false;
-      polygon_.push_back(corner);
-      corner = (*side)[1];
-    } while (corner != outline[0][0] && polygon_.size() <= outline.size());
-    return polygon_.size() == outline.size();
+      const auto side = std::ranges::lower_bound(outline, corner, {}, &OuterSide::from);
+      if (side == outline.end() || side->from != corner) return {};
+      polygon.push_back(corner);
+      corner = side->to;
+    } while (corner != outline[0].from && polygon.size() <= outline.size());
+    if (polygon.size() != outline.size()) polygon.clear();
+    return polygon;
   }
 
   std::span<const Vector3> points_;
-  const Polygons& triangles_;
+  std::span<const Triangle> triangles_;
   double tolerance_;
-  std::vector<DirectedEdge> sides_;
+  std::vector<FaceSide> sides_;
   std::vector<std::uint32_t> group_;
-  std::vector<std::uint32_t> seeds_;  // largest first
-  std::vector<std::uint32_t> polygon_;
+  std::vector<std::uint32_t> seeds_;  ///< largest first
 };
 
-/// Leaves out corners between two faces only, which lie on a straight edge, and vertices that no face has.
-Polygons without_unused(std::span<const Vector3> points, const Polygons& polygons,
-                        std::vector<Vector3>& vertices) {
+/// Removes corners between two faces only, which lie on a straight edge, and vertices that no face has.
+void remove_unused(std::vector<Vector3>& points, Polygons& polygons) {
   std::vector<std::uint32_t> faces_at(points.size(), 0);
-  for (const std::uint32_t corner : polygons.corners()) ++faces_at[corner];
-  std::vector<std::uint32_t> index(points.size(), 0);
+  for (const auto& corners : polygons) {
+    for (const std::uint32_t corner : corners) ++faces_at[corner];
+  }
+  std::vector<std::uint32_t> index(points.size());
+  std::uint32_t kept = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (faces_at[i] < 3) continue;
-    index[i] = static_cast<std::uint32_t>(vertices.size());
-    vertices.push_back(points[i]);
+    index[i] = kept;
+    points[kept++] = points[i];
   }
-  Polygons result;
-  std::vector<std::uint32_t> kept;
-  for (std::size_t f = 0; f < polygons.size(); ++f) {
-    kept.clear();
-    for (const std::uint32_t corner : polygons[f]) {
-      if (faces_at[corner] >= 3) kept.push_back(index[corner]);
-    }
-    result.add(kept);
+  points.resize(kept);
+  for (auto& corners : polygons) {
+    std::erase_if(corners, [&](std::uint32_t corner) { return faces_at[corner] < 3; });
+    for (std::uint32_t& corner : corners) corner = index[corner];
   }
-  return result;
 }
 
+/// Returns true where a polytope is nowhere deeper than `thickness` below one of its faces.
 bool is_thin(const Polytope& polytope, double thickness) {
   // One vertex deep enough below a face is enough, and the last one found mostly serves the next face too.
   Vector3 opposite = polytope.vertices[0];
@@ -346,28 +280,15 @@ bool is_thin(const Polytope& polytope, double thickness) {
 }  // namespace
 
 Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
-  const auto number = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return std::string(text);
-  };
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    for (const double coordinate : {given[i].x(), given[i].y(), given[i].z()}) {
-      // Written so that NaN fails too.
-      if (std::abs(coordinate) <= largest_coordinate) continue;
-      throw Error(what + ": vertex " + std::to_string(i) + " has the coordinate " + number(coordinate) +
-                  "; a convex hull needs finite coordinates within ±1e9 m");
-    }
-  }
+  require_near(given, what, "a convex hull");
   if (given.size() < 4) {
-    throw Error(what + ": a convex hull needs at least 4 vertices, there are " +
-                std::to_string(given.size()));
+    throw Error(fmt::format("{}: a convex hull needs at least 4 vertices, there are {}", what, given.size()));
   }
   if (given.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
-    throw Error(what + ": there are too many vertices for a convex hull: " + std::to_string(given.size()));
+    throw Error(fmt::format("{}: there are too many vertices for a convex hull: {}", what, given.size()));
   }
   // Meshes have a vertex several times where its normals differ.
-  const std::vector<Vector3> points = distinct(given);
+  std::vector<Vector3> points = distinct(given);
   Vector3 lower = points[0];
   Vector3 upper = points[0];
   for (const Vector3& point : points) {
@@ -375,8 +296,10 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
     upper = upper.cwiseMax(point);
   }
   const double size = (upper - lower).norm();
-  const Error thin(what + ": its convex hull is thinner than 1e-6 of its size of " + number(size) +
-                   " m; a solid body needs a mesh with thickness");
+  const Error thin(
+      fmt::format("{}: its convex hull is thinner than 1e-6 of its size of {:.6g} m; a solid body "
+                  "needs a mesh with thickness",
+                  what, size));
   if (size <= 0) throw thin;
 
   // Scale the points to size one about the origin: qhull's tolerances are made for that.
@@ -387,44 +310,27 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
     const Vector3 local = (point - middle) / size;
     coordinates.insert(coordinates.end(), {local.x(), local.y(), local.z()});
   }
-  Polygons triangles;
-  {
-    Qhull qhull(coordinates);
-    if (!qhull.succeeded()) throw thin;
-    triangles = qhull.triangles();
-  }
-  Polytope hull;
-  std::vector<Vector3> vertices;
-  const Polygons polygons =
-      without_unused(points, FaceMerger(points, triangles, coplanar * size).faces(), vertices);
-  bool solid = vertices.size() >= 4;
-  for (std::size_t f = 0; f < polygons.size(); ++f) solid = solid && polygons[f].size() >= 3;
-  if (!solid || !assemble(std::move(vertices), polygons, hull) || is_thin(hull, smallest_thickness * size)) {
-    throw thin;
-  }
-  return hull;
+  Qhull qhull(coordinates);
+  if (!qhull.succeeded()) throw thin;
+  Polygons faces = FaceMerger(points, qhull.triangles(), coplanar * size).faces();
+  remove_unused(points, faces);
+  const bool are_polygons = std::ranges::all_of(faces, [](const auto& face) { return face.size() >= 3; });
+  if (points.size() < 4 || !are_polygons) throw thin;
+  std::optional<Polytope> hull = assembled(std::move(points), faces);
+  if (!hull || is_thin(*hull, smallest_thickness * size)) throw thin;
+  return *std::move(hull);
 }
 
 Polytope box(const Vector3& size) {
   if (!(size.minCoeff() > 0) || !size.allFinite()) throw Error("a box needs three positive extents");
   const Vector3 half = size / 2;
   std::vector<Vector3> vertices;
-  vertices.reserve(8);
   for (int corner = 0; corner < 8; ++corner) {
     vertices.emplace_back((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
                           (corner & 4) != 0 ? half.z() : -half.z());
   }
-  Polygons faces;
-  for (const std::array<std::uint32_t, 4>& corners : {std::array<std::uint32_t, 4>{1, 3, 7, 5},
-                                                      {0, 4, 6, 2},
-                                                      {2, 6, 7, 3},
-                                                      {0, 1, 5, 4},
-                                                      {4, 5, 7, 6},
-                                                      {0, 2, 3, 1}}) {
-    faces.add(corners);
-  }
-  Polytope result;
-  assemble(std::move(vertices), faces, result);
+  const Polygons faces = {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}};
+  Polytope result = *assembled(std::move(vertices), faces);
   result.box = OrientedBox{Pose{}, half};
   return result;
 }
@@ -455,21 +361,19 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
   const std::vector<std::uint32_t> top = ring(radius_top, height / 2);
   Polygons polygons;
   // Angles grow from +X to +Z, clockwise seen from above: the bottom's outline seen from below.
-  if (radius_bottom > 0) polygons.add(bottom);
-  if (radius_top > 0) polygons.add(std::vector<std::uint32_t>(top.rbegin(), top.rend()));
+  if (radius_bottom > 0) polygons.push_back(bottom);
+  if (radius_top > 0) polygons.emplace_back(top.rbegin(), top.rend());
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t next = (i + 1) % count;
     if (radius_bottom == 0) {
-      polygons.add(std::array{bottom[0], top[i], top[next]});
+      polygons.push_back({bottom[0], top[i], top[next]});
     } else if (radius_top == 0) {
-      polygons.add(std::array{bottom[i], top[0], bottom[next]});
+      polygons.push_back({bottom[i], top[0], bottom[next]});
     } else {
-      polygons.add(std::array{bottom[i], top[i], top[next], bottom[next]});
+      polygons.push_back({bottom[i], top[i], top[next], bottom[next]});
     }
   }
-  Polytope result;
-  assemble(std::move(vertices), polygons, result);
-  return result;
+  return *assembled(std::move(vertices), polygons);
 }
 
 Polytope ellipsoid(const Vector3& half_axes, int rings) {
@@ -506,15 +410,6 @@ Polytope scaled(const Polytope& polytope, const Vector3& factors) {
     }
   }
   if (result.ellipsoid) result.ellipsoid = result.ellipsoid->cwiseProduct(factors);
-  return result;
-}
-
-Polytope transformed(const Polytope& polytope, const Pose& pose) {
-  Polytope result = polytope;
-  for (Vector3& vertex : result.vertices) vertex = pose * vertex;
-  measure(result);
-  if (result.box) result.box->pose = pose * result.box->pose;
-  result.ellipsoid.reset();
   return result;
 }
 

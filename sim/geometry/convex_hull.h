@@ -28,7 +28,4 @@ Polytope ellipsoid(const Vector3& half_axes, int rings = 12);
 /// Returns the polytope scaled along its own axes; factors must be positive.
 Polytope scaled(const Polytope& polytope, const Vector3& factors);
 
-/// Returns the polytope moved rigidly: vertex → pose * vertex. An ellipsoid becomes its hull.
-Polytope transformed(const Polytope& polytope, const Pose& pose);
-
 }  // namespace substep

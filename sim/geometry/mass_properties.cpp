@@ -4,10 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
-#include "sim/geometry/welded_points.h"
+#include "sim/geometry/triangle_mesh.h"
 
 namespace substep {
 namespace {
@@ -244,36 +243,15 @@ MassProperties mass_properties(const Shape& shape) {
 bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> triangles) {
   if (!std::ranges::all_of(vertices, [](const Vector3& vertex) { return vertex.allFinite(); })) return false;
   const std::vector<std::uint32_t> weld = welded(vertices);
-  const auto for_each_edge = [&](const auto& use) {
-    for (const Triangle& triangle : triangles) {
-      const Triangle corners = {weld[triangle[0]], weld[triangle[1]], weld[triangle[2]]};
-      // One that the weld made a line has no inside.
-      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-      for (std::size_t i = 0; i < 3; ++i) use(corners[i], corners[(i + 1) % 3]);
-    }
-  };
-  for (const Triangle& triangle : triangles) {
-    if (std::ranges::any_of(triangle, [&](std::uint32_t i) { return i >= vertices.size(); })) return false;
+  std::vector<Triangle> kept;
+  for (Triangle corners : triangles) {
+    if (std::ranges::max(corners) >= vertices.size()) return false;
+    for (std::uint32_t& corner : corners) corner = weld[corner];
+    // Skip a triangle whose corners are welded to a line.
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    kept.push_back(corners);
   }
-  // At the lesser vertex of each edge its other one: twice, less one where it leads away from the lesser.
-  std::vector<std::uint32_t> begin(vertices.size() + 1, 0);
-  for_each_edge([&](std::uint32_t from, std::uint32_t to) { ++begin[std::min(from, to) + 1]; });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  if (begin.back() == 0 || begin.back() % 2 != 0) return false;
-  std::vector<std::uint64_t> ends(begin.back());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for_each_edge([&](std::uint32_t from, std::uint32_t to) {
-    ends[next[std::min(from, to)]++] = 2 * std::uint64_t{std::max(from, to)} - (from < to ? 1 : 0);
-  });
-  for (std::size_t vertex = 0; vertex < vertices.size(); ++vertex) {
-    const std::span at(ends.data() + begin[vertex], ends.data() + begin[vertex + 1]);
-    if (at.size() % 2 != 0) return false;
-    std::ranges::sort(at);
-    for (std::size_t i = 0; i < at.size(); i += 2) {
-      if (at[i] % 2 == 0 || at[i + 1] != at[i] + 1) return false;
-    }
-  }
-  return true;
+  return !kept.empty() && are_paired(sorted_sides(kept, vertices.size()));
 }
 
 MassProperties transformed(const MassProperties& properties, const Pose& pose) {

@@ -4,23 +4,52 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
-#include <span>
+#include <tuple>
+#include <utility>
 
 #include "sim/error.h"
-#include "sim/geometry/welded_points.h"
 
 namespace substep {
 namespace {
-
-/// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
-constexpr double largest_coordinate = 1e9;
 
 constexpr std::uint32_t leaf_size = 4;
 
 /// Fraction of its longest side below which a triangle's height is too small for an exact normal.
 constexpr double smallest_height = 1e-10;
+
+std::uint64_t hash_of(const Vector3& point) {
+  std::uint64_t hash = 0;
+  for (const double coordinate : {point.x(), point.y(), point.z()}) {
+    // Adding zero makes -0 the 0 that it is equal to.
+    hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate + 0.0)) * 0x9e3779b97f4a7c15;
+    hash ^= hash >> 32;
+  }
+  return hash;
+}
+
+// The same as `welded` by sorting: slower, but never by much.
+std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std::size_t& comparisons) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  // Points with a NaN have no place in an order, nor are they at another's position.
+  const auto numbers_end = std::stable_partition(
+      order.begin(), order.end(), [&](std::uint32_t i) { return !points[i].array().isNaN().any(); });
+  std::sort(order.begin(), numbers_end, [&](std::uint32_t i, std::uint32_t j) {
+    ++comparisons;
+    const Vector3& a = points[i];
+    const Vector3& b = points[j];
+    return std::tuple(a.x(), a.y(), a.z(), i) < std::tuple(b.x(), b.y(), b.z(), j);
+  });
+  std::vector<std::uint32_t> first(points.size());
+  std::iota(first.begin(), first.end(), 0U);
+  for (auto next = order.begin(); next != numbers_end; ++next) {
+    if (next != order.begin() && points[*next] == points[*(next - 1)]) first[*next] = first[*(next - 1)];
+  }
+  return first;
+}
 
 /// Gives each vertex the index of the first at its position, and removes unused vertices.
 void weld(TriangleMesh& mesh) {
@@ -130,54 +159,31 @@ class TreeBuilder {
   std::vector<Place> places_;
 };
 
+/// Finds the triangles across the edges, and the vertices that edges join to each vertex.
 void join_neighbours(TriangleMesh& mesh) {
-  struct Side {
-    std::uint32_t end;  // the greater one
-    std::uint32_t triangle;
-    std::uint32_t corner;
-    bool leads_up;  // from the lesser end to the greater
-  };
-  const std::size_t vertices = mesh.vertices.size();
-  // The sides by their lesser end, then by the greater: those of an edge together.
-  std::vector<std::uint32_t> begin(vertices + 1, 0);
-  for (const Triangle& corners : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) ++begin[std::min(corners[i], corners[(i + 1) % 3]) + 1];
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  std::vector<Side> sides(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const std::uint32_t from = mesh.triangles[t][i];
-      const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
-      sides[next[std::min(from, to)]++] = {std::max(from, to), t, i, from < to};
-    }
-  }
+  const std::vector<FaceSide> sides = sorted_sides(mesh.triangles, mesh.vertices.size());
   mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
+  mesh.ring_begin.assign(mesh.vertices.size() + 1, 0);
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(sides.size() / 2 + 1);
-  mesh.ring_begin.assign(vertices + 1, 0);
-  for (std::uint32_t vertex = 0; vertex < vertices; ++vertex) {
-    const std::span at(sides.data() + begin[vertex], sides.data() + begin[vertex + 1]);
-    std::ranges::sort(at, {}, &Side::end);
-    for (std::size_t i = 0; i < at.size();) {
-      std::size_t past = i + 1;
-      while (past < at.size() && at[past].end == at[i].end) ++past;
-      if (past - i == 2 && at[i].leads_up != at[i + 1].leads_up) {
-        mesh.neighbours[at[i].triangle][at[i].corner] = at[i + 1].triangle;
-        mesh.neighbours[at[i + 1].triangle][at[i + 1].corner] = at[i].triangle;
-      }
-      edges.push_back({vertex, at[i].end});
-      ++mesh.ring_begin[vertex + 1];
-      ++mesh.ring_begin[at[i].end + 1];
-      i = past;
+  for (auto side = sides.begin(); side != sides.end();) {
+    const auto past = std::find_if(side, sides.end(), [&](const FaceSide& other) {
+      return other.lesser_end() != side->lesser_end() || other.greater_end() != side->greater_end();
+    });
+    const FaceSide& last = *(past - 1);
+    if (past - side == 2 && side->is_reverse_of(last)) {
+      mesh.neighbours[side->face][side->corner] = last.face;
+      mesh.neighbours[last.face][last.corner] = side->face;
     }
+    edges.push_back({side->lesser_end(), side->greater_end()});
+    for (const std::uint32_t vertex : edges.back()) ++mesh.ring_begin[vertex + 1];
+    side = past;
   }
   std::partial_sum(mesh.ring_begin.begin(), mesh.ring_begin.end(), mesh.ring_begin.begin());
   // In the edges' order each vertex gets first the lesser vertices around it, then the greater, each in
   // order.
   mesh.ring.resize(mesh.ring_begin.back());
-  next.assign(mesh.ring_begin.begin(), mesh.ring_begin.end() - 1);
+  std::vector<std::uint32_t> next(mesh.ring_begin.begin(), mesh.ring_begin.end() - 1);
   for (const auto& [lesser, greater] : edges) {
     mesh.ring[next[lesser]++] = greater;
     mesh.ring[next[greater]++] = lesser;
@@ -190,6 +196,72 @@ bool overlap(const Bounds& a, const Bounds& b) {
 
 }  // namespace
 
+std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons) {
+  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::size_t counted = 0;
+  std::size_t& probes = comparisons != nullptr ? *comparisons : counted;
+  probes = 0;
+  // Points can be made so that all fall into one slot.
+  const std::size_t most_probes = 1000 + 16 * points.size();
+  // Open addressing, at most half full.
+  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), none);
+  std::vector<std::uint32_t> first(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    std::size_t slot = hash_of(points[i]) & (table.size() - 1);
+    while (table[slot] != none && points[table[slot]] != points[i]) {
+      if (probes++ == most_probes) return welded_by_order(points, probes);
+      slot = (slot + 1) & (table.size() - 1);
+    }
+    if (table[slot] == none) table[slot] = i;
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+std::vector<Vector3> distinct(std::span<const Vector3> points) {
+  const std::vector<std::uint32_t> first = welded(points);
+  std::vector<Vector3> result;
+  result.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (first[i] == i) result.push_back(points[i]);
+  }
+  return result;
+}
+
+void sort_sides(std::vector<FaceSide>& sides, std::size_t vertices) {
+  // Put each side into the bin of its lesser end; a bin holds few.
+  std::vector<std::uint32_t> bin(vertices + 1, 0);
+  for (const FaceSide& side : sides) ++bin[side.lesser_end() + 1];
+  std::partial_sum(bin.begin(), bin.end(), bin.begin());
+  std::vector<FaceSide> ordered(sides.size());
+  for (const FaceSide& side : sides) ordered[bin[side.lesser_end()]++] = side;
+  // Sort each bin, which ends where the next one began.
+  auto begin = ordered.begin();
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+    const auto end = ordered.begin() + bin[vertex];
+    std::ranges::sort(begin, end, {}, &FaceSide::order);
+    begin = end;
+  }
+  sides = std::move(ordered);
+}
+
+bool are_paired(std::span<const FaceSide> sides) {
+  for (std::size_t i = 0; i < sides.size(); i += 2) {
+    if (i + 1 == sides.size() || !sides[i].is_reverse_of(sides[i + 1])) return false;
+  }
+  return true;
+}
+
+void require_near(std::span<const Vector3> points, const std::string& what, const char* kind) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // Beyond, products of three lengths leave the range in which they are exact to rounding.
+    if (points[i].allFinite() && points[i].cwiseAbs().maxCoeff() <= 1e9) continue;
+    throw Error(
+        fmt::format("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; {} needs finite coordinates within ±1e9 m",
+                    what, i, points[i].x(), points[i].y(), points[i].z(), kind));
+  }
+}
+
 TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<const Triangle> triangles,
                                 const std::string& what, bool two_sided) {
   constexpr std::size_t most = TriangleMesh::none / 8;
@@ -197,14 +269,7 @@ TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<co
     throw Error(fmt::format("{}: {} vertices and {} triangles are too many for a triangle mesh", what,
                             positions.size(), triangles.size()));
   }
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    // Written so that NaN fails too.
-    if (positions[i].cwiseAbs().maxCoeff() <= largest_coordinate && positions[i].allFinite()) continue;
-    throw Error(
-        fmt::format("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; a triangle mesh needs finite "
-                    "coordinates within ±1e9 m",
-                    what, i, positions[i].x(), positions[i].y(), positions[i].z()));
-  }
+  require_near(positions, what, "a triangle mesh");
   TriangleMesh mesh;
   mesh.two_sided = two_sided;
   mesh.vertices.assign(positions.begin(), positions.end());

@@ -1,6 +1,9 @@
 #pragma once
-/// Static triangle meshes: their construction, and the search for triangles near a box.
+/// Triangle meshes: points at equal positions, sides that share an edge, static meshes for contacts.
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,6 +11,54 @@
 #include "sim/geometry/shape.h"
 
 namespace substep {
+
+/// Returns for each point the first one at the same position, which may be itself. Points with a NaN equal no
+/// other. `comparisons`, if given, receives the number of compared pairs: at most some dozens a point for any
+/// input.
+std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons = nullptr);
+
+/// Returns each position once, in the order of their first points.
+std::vector<Vector3> distinct(std::span<const Vector3> points);
+
+/// Throws Error that begins with `what` where a coordinate is not finite or too large for `kind` ("a convex
+/// hull").
+void require_near(std::span<const Vector3> points, const std::string& what, const char* kind);
+
+/// A side of a face, from one corner to the next.
+struct FaceSide {
+  std::uint32_t from;
+  std::uint32_t to;
+  std::uint32_t face;
+  std::uint32_t corner;  ///< of the face, at which the side begins
+
+  std::uint32_t lesser_end() const { return std::min(from, to); }
+  std::uint32_t greater_end() const { return std::max(from, to); }
+  /// Returns the order of the sides that have a lesser end in common.
+  std::uint64_t order() const { return std::uint64_t{greater_end()} << 32 | from; }
+  bool is_reverse_of(const FaceSide& other) const { return from == other.to && to == other.from; }
+};
+
+/// Sorts sides by their lesser end, then by their greater end, then by their start: the sides of an edge are
+/// neighbours.
+void sort_sides(std::vector<FaceSide>& sides, std::size_t vertices);
+
+/// Returns the sorted sides of faces, which are lists of vertices.
+template <class Faces>
+std::vector<FaceSide> sorted_sides(const Faces& faces, std::size_t vertices) {
+  std::vector<FaceSide> sides;
+  sides.reserve(4 * faces.size());
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    const auto& corners = faces[f];
+    for (std::uint32_t i = 0; i < corners.size(); ++i) {
+      sides.push_back({corners[i], corners[i + 1 < corners.size() ? i + 1 : 0], f, i});
+    }
+  }
+  sort_sides(sides, vertices);
+  return sides;
+}
+
+/// Returns true where each edge of a mesh has two sides, in opposite directions. The sides are sorted.
+bool are_paired(std::span<const FaceSide> sides);
 
 /// Returns the mesh of these triangles, counter-clockwise seen from the front. Merges vertices at equal
 /// positions, and leaves out triangles without area. By default it is one-sided: bodies behind a triangle

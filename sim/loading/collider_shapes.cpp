@@ -6,9 +6,8 @@
 
 #include "sim/error.h"
 #include "sim/geometry/convex_hull.h"
-#include "sim/geometry/round_solids.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
-#include "sim/geometry/welded_points.h"
 #include "sim/math/rotation.h"
 
 namespace substep {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/geometry/closest_points.h"
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/features.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
 

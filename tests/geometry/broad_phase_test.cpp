@@ -106,7 +106,8 @@ TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
 }
 
 TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
-  // All corners have equal coordinates, so that every order has ties and boxes end where lanes do.
+  // All corners have equal coordinates, so that every order has ties and boxes
+  // end where lanes do.
   std::vector<Bounds> boxes;
   for (int i = 0; i < 343; ++i) {
     const Vector3 lower = test::grid_point(i, 7);
@@ -117,8 +118,8 @@ TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
   EXPECT_EQ(pairs, brute_pairs(boxes));
 }
 
-/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns, and as many layers as make up
-/// `count`.
+/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns,
+/// and as many layers as make up `count`.
 std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
   std::vector<Bounds> boxes = {{Vector3(-infinity, -infinity, -infinity), Vector3(infinity, 0, infinity)}};
   for (int i = 0; i < count; ++i) {
@@ -130,8 +131,9 @@ std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
 }
 
 TEST(BroadPhase, WorkGrowsWithBodies) {
-  // Count the tested pairs: with a hundred times the bodies there are as many for each body, in a scattered
-  // field, a pile as high as wide and a tall tower.
+  // Count the tested pairs: with a hundred times the bodies there are as many
+  // for each body, in a scattered field, a pile as high as wide and a tall
+  // tower.
   std::mt19937 random(4);
   Pairs pairs;
   BroadPhase broad_phase;

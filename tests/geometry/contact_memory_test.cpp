@@ -6,7 +6,7 @@
 
 #include "sim/geometry/contact.h"
 #include "sim/geometry/convex_hull.h"
-#include "sim/geometry/round_solids.h"
+#include "sim/geometry/round_shapes.h"
 #include "tests/geometry/solids.h"
 
 namespace {

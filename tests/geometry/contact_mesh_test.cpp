@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <random>
 
 #include "sim/error.h"
-#include "sim/geometry/closest_points.h"
 #include "sim/geometry/contact.h"
 #include "sim/geometry/convex_hull.h"
-#include "sim/geometry/round_solids.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "tests/error_message.h"
 #include "tests/geometry/solids.h"
@@ -20,13 +17,14 @@ namespace substep {
 namespace {
 
 using test::contacts;
+using test::pi;
 using test::turn;
+using test::upright;
 
 constexpr double margin = 0.02;
-constexpr double pi = std::numbers::pi;
-const Quaternion upright = Quaternion::Identity();
 
-/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down (or up) by `slope` away from it.
+/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down
+/// (or up) by `slope` away from it.
 TriangleMesh ridge(double slope) {
   std::vector<Vector3> positions;
   std::vector<Triangle> triangles;
@@ -46,15 +44,7 @@ TriangleMesh ridge(double slope) {
 }
 
 TriangleMesh mesh_of(const Polytope& polytope) {
-  std::vector<Triangle> triangles;
-  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
-    const std::uint32_t first = polytope.face_begin[f];
-    for (std::uint32_t i = first + 1; i + 1 < polytope.face_begin[f + 1]; ++i) {
-      triangles.push_back(
-          {polytope.face_vertices[first], polytope.face_vertices[i], polytope.face_vertices[i + 1]});
-    }
-  }
-  return make_triangle_mesh(polytope.vertices, triangles, "solid");
+  return make_triangle_mesh(polytope.vertices, test::triangles_of(polytope), "solid");
 }
 
 std::vector<Shape> shapes() {
@@ -64,29 +54,14 @@ std::vector<Shape> shapes() {
           make_cylinder(0.6, 0.3, 0.3),
           make_cylinder(0.6, 0.3, 0.1),
           box({0.6, 0.5, 0.4}),
-          convex_hull(test::dodecahedron_points(), "d")};
+          test::dodecahedron()};
 }
 
-/// Returns the depth of a shape in the half-space below a plane through `on` with this normal, by contacts
-/// with a plane.
+/// Returns the depth of a shape in the half-space below a plane through `on`
+/// with this normal, by contacts with a plane.
 double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
   const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
-}
-
-/// However the file orders them, triangles that lie together share a leaf: a search looks at few.
-TEST(TriangleMesh, LeavesHoldNeighbours) {
-  const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
-  std::vector<Triangle> triangles = ordered.triangles;
-  std::mt19937 random(3);
-  std::ranges::shuffle(triangles, random);
-  const TriangleMesh mesh = make_triangle_mesh(ordered.vertices, triangles, "shuffled");
-  double area = 0;
-  for (const TriangleMesh::Node& node : mesh.nodes) {
-    const Vector3 size = node.bounds.upper - node.bounds.lower;
-    if (node.count > 0) area += size.x() * size.z();
-  }
-  EXPECT_LT(area, 1.5 * 16);  // of 16 m²; measured 16
 }
 
 TEST(MeshContacts, FlatMeshMatchesPlane) {
@@ -150,7 +125,8 @@ TEST(MeshContacts, SlidingBoxHasFourCorners) {
 TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
-  // Balanced on the ridge: one contact at the edge for a sphere, two for what has a side along it.
+  // Balanced on the ridge: one contact at the edge for a sphere, two for what
+  // has a side along it.
   const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, margin);
   ASSERT_EQ(ball.size(), 1U);
   EXPECT_LT((ball[0].normal - Vector3::UnitY()).norm(), 1e-9);
@@ -162,11 +138,13 @@ TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
     EXPECT_NEAR(point.distance, -1e-3, 1e-12);
     EXPECT_NEAR(point.on_b.x(), 0, 1e-12);
   }
-  // A sphere that rolls over it: from one face's normal round the edge to the other's, without a jump.
+  // A sphere that rolls over it: from one face's normal round the edge to the
+  // other's, without a jump.
   Vector3 before = Vector3::Zero();
   for (int i = 0; i <= 2000; ++i) {
     const double x = -0.5 + 5e-4 * i;
-    // Its centre 0.3 from the surface: over a face or on the arc about the edge.
+    // Its centre 0.3 from the surface: over a face or on the arc about the
+    // edge.
     const double edge_of_arc = 0.3 * right.x();
     const double y =
         std::abs(x) <= edge_of_arc ? std::sqrt(0.09 - x * x) : (0.3 - std::abs(x) * right.x()) / right.y();
@@ -204,7 +182,7 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
   std::mt19937 random(5);
   int touching = 0;
   int beyond = 0;
-  for (const Polytope& solid : {box({2, 1, 1.5}), convex_hull(test::dodecahedron_points(), "d")}) {
+  for (const Polytope& solid : {box({2, 1, 1.5}), test::dodecahedron()}) {
     const TriangleMesh mesh = mesh_of(solid);
     for (const Shape& shape : shapes()) {
       for (int trial = 0; trial < 1000; ++trial) {
@@ -230,7 +208,8 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
     }
   }
   EXPECT_GT(touching, 300);
-  // A triangle knows only its neighbours: near a corner of the solid it may take another way out.
+  // A triangle knows only its neighbours: near a corner of the solid it may
+  // take another way out.
   EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
 }
 
@@ -255,7 +234,8 @@ TEST(MeshContacts, BorderTouchesWithItsEdge) {
 }
 
 TEST(MeshContacts, RingOfStripsPushesInwards) {
-  // A ring like a fence round what stands inside: its top edge is open, its inner edges are concave.
+  // A ring like a fence round what stands inside: its top edge is open, its
+  // inner edges are concave.
   constexpr int sides = 96;
   constexpr double radius = 1.15;
   constexpr double top = 0.09;
@@ -287,8 +267,9 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
       pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
       for (const ContactPoint& point : contacts(shape, pose, ring, {}, margin)) {
         ++touching;
-        // A wrong direction shows as a depth that is not there, up to the ring's height. The ring itself
-        // comes inwards by 2.8 mm within the reach of a shape's corners, 0.08 m to a side.
+        // A wrong direction shows as a depth that is not there, up to the
+        // ring's height. The ring itself comes inwards by 2.8 mm within the
+        // reach of a shape's corners, 0.08 m to a side.
         EXPECT_GT(point.distance, -std::max(depth, 0.0) - 2.8e-3)
             << "shape " << shape.index() << ", " << i << ", at " << angle << " rad, depth " << depth
             << ": normal " << point.normal.transpose();
@@ -296,69 +277,6 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
     }
   }
   EXPECT_GT(touching, 1600);
-}
-
-TEST(TriangleMesh, RefusesDegenerateMeshes) {
-  const std::vector<Vector3> corners = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
-  const std::vector<Triangle> triangle = {{0, 1, 2}};
-  EXPECT_NO_THROW(make_triangle_mesh(corners, triangle, "m"));
-  EXPECT_THROW(make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "m"), Error);
-  EXPECT_THROW(make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 1}}, "m"), Error);
-  EXPECT_THROW(make_triangle_mesh({}, {}, "m"), Error);
-  EXPECT_THROW(make_triangle_mesh(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, triangle, "m"),
-               Error);
-  EXPECT_THROW(
-      make_triangle_mesh(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {0, 0, std::nan("")}}, triangle, "m"),
-      Error);
-  EXPECT_THROW(make_rectangle(0, 1, false), Error);
-  EXPECT_EQ(test::message_of([&] {
-              make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "hill.gltf: /meshes/2");
-            }),
-            "hill.gltf: /meshes/2: triangle 0 has the vertex 3; there are 3");
-}
-
-TEST(TriangleMesh, FindsTrianglesOfBruteForce) {
-  std::mt19937 random(7);
-  const TriangleMesh mesh = mesh_of(test::random_hull(random, 400));
-  std::vector<std::uint32_t> found;
-  int total = 0;
-  for (int trial = 0; trial < 500; ++trial) {
-    const Vector3 lower = test::random_point(random, 2.5);
-    const Bounds box = {lower, lower + Vector3::Constant(0.8)};
-    found.clear();
-    find_triangles(mesh, box, found);
-    std::vector<std::uint32_t> expected;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Triangle& c = mesh.triangles[t];
-      const Vector3 low = mesh.vertices[c[0]].cwiseMin(mesh.vertices[c[1]]).cwiseMin(mesh.vertices[c[2]]);
-      const Vector3 high = mesh.vertices[c[0]].cwiseMax(mesh.vertices[c[1]]).cwiseMax(mesh.vertices[c[2]]);
-      if ((low.array() <= box.upper.array()).all() && (box.lower.array() <= high.array()).all()) {
-        expected.push_back(t);
-      }
-    }
-    ASSERT_EQ(found, expected);
-    total += static_cast<int>(found.size());
-  }
-  EXPECT_GT(total, 1000);
-}
-
-TEST(TriangleMesh, JoinsSharedCorners) {
-  // Corners stored once per face, as files do.
-  const Polytope solid = box({1, 1, 1});
-  std::vector<Vector3> corners;
-  std::vector<Triangle> triangles;
-  const TriangleMesh joined = mesh_of(solid);
-  for (const Triangle& triangle : joined.triangles) {
-    const auto first = static_cast<std::uint32_t>(corners.size());
-    for (const std::uint32_t corner : triangle) corners.push_back(joined.vertices[corner]);
-    triangles.push_back({first, first + 1, first + 2});
-  }
-  const TriangleMesh mesh = make_triangle_mesh(corners, triangles, "box");
-  EXPECT_EQ(mesh.vertices.size(), 8U);
-  EXPECT_EQ(mesh.triangles.size(), 12U);
-  for (const auto& sides : mesh.neighbours) {
-    for (const std::uint32_t neighbour : sides) EXPECT_NE(neighbour, TriangleMesh::none);
-  }
 }
 
 }  // namespace

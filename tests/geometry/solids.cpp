@@ -1,10 +1,10 @@
 #include "tests/geometry/solids.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
-#include <numbers>
 
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/triangle_mesh.h"
@@ -27,12 +27,25 @@ std::vector<Vector3> dodecahedron_points() {
   return points;
 }
 
+Polytope dodecahedron() {
+  return convex_hull(dodecahedron_points(), "dodecahedron");
+}
+
 Polytope random_hull(std::mt19937& random, int count) {
   std::normal_distribution<double> normal;
   std::vector<Vector3> points;
   points.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) points.emplace_back(normal(random), normal(random), normal(random));
   return convex_hull(points, "random points");
+}
+
+Polytope transformed(const Polytope& polytope, const Pose& pose) {
+  Polytope result = polytope;
+  for (Vector3& vertex : result.vertices) vertex = pose * vertex;
+  result.box.reset();
+  result = scaled(result, Vector3::Ones());  // measures the faces
+  if (polytope.box) result.box = OrientedBox{pose * polytope.box->pose, polytope.box->half_size};
+  return result;
 }
 
 Vector3 grid_point(int i, int side) {
@@ -90,20 +103,30 @@ TriangleMesh flat_mesh(int side, double cell, double uneven) {
   return make_triangle_mesh(positions, triangles, "flat mesh");
 }
 
-std::vector<ContactPoint> contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                   double margin) {
-  std::vector<ContactPoint> points;
+std::vector<Triangle> triangles_of(const Polytope& polytope) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const std::uint32_t* corners = polytope.face_vertices.data() + polytope.face_begin[f];
+    const std::uint32_t count = polytope.face_begin[f + 1] - polytope.face_begin[f];
+    for (std::uint32_t i = 1; i + 1 < count; ++i)
+      triangles.push_back({corners[0], corners[i], corners[i + 1]});
+  }
+  return triangles;
+}
+
+Contacts contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
+  Contacts points;
   find_contacts(a, pose_a, b, pose_b, margin, points);
   return points;
 }
 
-double lowest_distance(const std::vector<ContactPoint>& points) {
-  double lowest = std::numeric_limits<double>::infinity();
+double lowest_distance(const Contacts& points) {
+  double lowest = infinity;
   for (const ContactPoint& point : points) lowest = std::min(lowest, point.distance);
   return lowest;
 }
 
-std::string complaint(const std::vector<ContactPoint>& points, double margin) {
+std::string complaint(const Contacts& points, double margin) {
   for (const ContactPoint& point : points) {
     if (!point.on_a.allFinite() || !point.on_b.allFinite() || !point.normal.allFinite() ||
         !std::isfinite(point.distance)) {
@@ -121,33 +144,51 @@ std::string complaint(const std::vector<ContactPoint>& points, double margin) {
   return {};
 }
 
+void expect_mirrored(const Contacts& one, const Contacts& other) {
+  ASSERT_EQ(one.size(), other.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].on_a, other[i].on_b);
+    EXPECT_EQ(one[i].on_b, other[i].on_a);
+    EXPECT_EQ(one[i].normal, -other[i].normal);
+    EXPECT_EQ(one[i].distance, other[i].distance);
+  }
+}
+
+double extent(const Shape& shape, const Pose& pose, const Vector3& direction) {
+  const Vector3 d = pose.orientation.conjugate() * direction;
+  const double flat = std::sqrt(d.x() * d.x() + d.z() * d.z());
+  double local = -infinity;
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+    local = sphere->radius;
+  } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+    local = capsule->half_length * std::abs(d.y()) + capsule->radius;
+  } else if (const auto* tapered = std::get_if<TaperedCapsule>(&shape)) {
+    local = std::max(tapered->half_length * d.y() + tapered->radius_top,
+                     -tapered->half_length * d.y() + tapered->radius_bottom);
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+    local = std::max(cylinder->half_height * d.y() + cylinder->radius_top * flat,
+                     -cylinder->half_height * d.y() + cylinder->radius_bottom * flat);
+  } else if (const auto* polytope = std::get_if<Polytope>(&shape)) {
+    for (const Vector3& vertex : polytope->vertices) local = std::max(local, d.dot(vertex));
+  }
+  return local + direction.dot(pose.position);
+}
+
 double brute_separation(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b) {
-  std::vector<Vector3> points_a;
-  std::vector<Vector3> points_b;
-  for (const Vector3& vertex : a.vertices) points_a.push_back(pose_a * vertex);
-  for (const Vector3& vertex : b.vertices) points_b.push_back(pose_b * vertex);
-  double best = -std::numeric_limits<double>::infinity();
+  const Shape shape_a = a;
+  const Shape shape_b = b;
+  double best = -infinity;
   const auto look_along = [&](const Vector3& axis) {
-    double low_a = std::numeric_limits<double>::infinity();
-    double low_b = low_a;
-    double high_a = -low_a;
-    double high_b = -low_a;
-    for (const Vector3& point : points_a) {
-      low_a = std::min(low_a, axis.dot(point));
-      high_a = std::max(high_a, axis.dot(point));
+    for (const Vector3& n : {axis, Vector3(-axis)}) {
+      best = std::max(best, -extent(shape_a, pose_a, -n) - extent(shape_b, pose_b, n));
     }
-    for (const Vector3& point : points_b) {
-      low_b = std::min(low_b, axis.dot(point));
-      high_b = std::max(high_b, axis.dot(point));
-    }
-    best = std::max({best, low_b - high_a, low_a - high_b});
   };
   for (const Vector3& normal : a.face_normals) look_along(pose_a.orientation * normal);
   for (const Vector3& normal : b.face_normals) look_along(pose_b.orientation * normal);
-  for (const auto& edge_a : a.edges) {
-    for (const auto& edge_b : b.edges) {
-      const Vector3 axis =
-          (points_a[edge_a[1]] - points_a[edge_a[0]]).cross(points_b[edge_b[1]] - points_b[edge_b[0]]);
+  for (const auto& [from_a, to_a] : a.edges) {
+    const Vector3 along = pose_a.orientation * (a.vertices[to_a] - a.vertices[from_a]);
+    for (const auto& [from_b, to_b] : b.edges) {
+      const Vector3 axis = along.cross(pose_b.orientation * (b.vertices[to_b] - b.vertices[from_b]));
       if (axis.norm() > 1e-9) look_along(axis.normalized());
     }
   }

@@ -1,6 +1,8 @@
 #pragma once
 /// Solids and poses for the geometry tests.
 
+#include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -10,11 +12,21 @@
 
 namespace substep::test {
 
-/// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular dodecahedron with edges of length 2/φ.
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double pi = std::numbers::pi;
+const Quaternion upright = Quaternion::Identity();
+
+/// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular
+/// dodecahedron with edges of length 2/φ.
 std::vector<Vector3> dodecahedron_points();
 
-/// The hull of `count` points, each coordinate normally distributed.
+Polytope dodecahedron();
+
+/// Returns the hull of `count` points, each coordinate normally distributed.
 Polytope random_hull(std::mt19937& random, int count);
+
+/// Returns the polytope moved rigidly: vertex → pose * vertex.
+Polytope transformed(const Polytope& polytope, const Pose& pose);
 
 /// Returns the i-th of side³ points with whole coordinates from 0.
 Vector3 grid_point(int i, int side);
@@ -24,27 +36,38 @@ Quaternion random_orientation(std::mt19937& random);
 /// Returns a point that is uniform in [-reach, reach]³.
 Vector3 random_point(std::mt19937& random, double reach);
 
-/// A rotation by `angle` about `axis`, through libm: tests only.
+/// Returns the rotation by `angle` about `axis`, through libm.
 Quaternion turn(double angle, const Vector3& axis);
 
-/// Returns the number of random pairs to compare with an oracle: `usual`, or the value of
-/// SUBSTEP_ORACLE_PAIRS.
+/// Returns the number of random pairs to compare with an oracle: `usual`, or
+/// the value of SUBSTEP_ORACLE_PAIRS.
 int oracle_pairs(int usual);
 
-/// A square of side × side cells in the plane y = 0 about the origin, each of two triangles. `uneven` shifts
-/// inner corners in the plane by up to that part of a cell and turns the diagonals at random.
+/// Returns a square of side × side cells in the plane y = 0 about the origin,
+/// each of two triangles. `uneven` shifts inner corners in the plane by up to
+/// that fraction of a cell and turns the diagonals at random.
 TriangleMesh flat_mesh(int side, double cell, double uneven);
 
-std::vector<ContactPoint> contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                   double margin);
+/// Returns the faces of a polytope as triangles.
+std::vector<Triangle> triangles_of(const Polytope& polytope);
 
-double lowest_distance(const std::vector<ContactPoint>& points);
+Contacts contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
 
-/// Returns which law of contacts is violated; empty: none. Contacts are finite, with unit normals and a
-/// distance below the margin that is that of their two points.
-std::string complaint(const std::vector<ContactPoint>& points, double margin);
+double lowest_distance(const Contacts& points);
 
-/// The separation of two polytopes by testing every face and every pair of edges, with no short cuts.
+/// Returns which law of contacts is violated; empty: none. Contacts are finite,
+/// with unit normals and a distance below the margin that is that of their two
+/// points.
+std::string complaint(const Contacts& points, double margin);
+
+/// Expects the contacts of (b, a) to be those of (a, b) with a and b exchanged.
+void expect_mirrored(const Contacts& one, const Contacts& other);
+
+/// Returns the extent of a convex shape along a unit direction, by definition.
+double extent(const Shape& shape, const Pose& pose, const Vector3& direction);
+
+/// Returns the separation of two polytopes by testing every face and every pair
+/// of edges, with no short cuts.
 double brute_separation(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b);
 
 }  // namespace substep::test

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sim/geometry/convex_hull.h"
-#include "sim/geometry/revolved_solid.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "tests/sim/random_trials.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "sim/geometry/round_solids.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/simulation.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"

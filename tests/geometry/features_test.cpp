@@ -1,4 +1,4 @@
-#include "sim/geometry/closest_points.h"
+#include "sim/geometry/features.h"
 
 #include <gtest/gtest.h>
 
@@ -22,12 +22,15 @@ TEST(ClosestPoints, MatchesNamedSegments) {
   const Segment x = {{-1, 0, 0}, {1, 0, 0}};
   EXPECT_DOUBLE_EQ(distance(x, {{0, 2, -1}, {0, 2, 1}}), 2);  // crossing
   EXPECT_DOUBLE_EQ(distance(x, {{-1, 3, 0}, {1, 3, 0}}), 3);  // parallel
-  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {8, 4, 0}}), 5);   // parallel, one past the other
-  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {4, 4, 0}}), 5);   // a point
+  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {8, 4, 0}}),
+                   5);                                       // parallel, one past the other
+  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {4, 4, 0}}), 5);  // a point
   EXPECT_DOUBLE_EQ(distance({{4, 4, 0}, {4, 4, 0}}, x), 5);
   EXPECT_DOUBLE_EQ(distance({{4, 4, 0}, {4, 4, 0}}, {{4, 4, 2}, {4, 4, 2}}), 2);
-  EXPECT_NEAR(distance(x, {{-1, 1, 0}, {1, 1, 1e-9}}), 1, 1e-15);          // nearly parallel
-  EXPECT_DOUBLE_EQ(distance(x, {{2, -1, 1}, {2, 1, 1}}), std::sqrt(2.0));  // end to middle
+  EXPECT_NEAR(distance(x, {{-1, 1, 0}, {1, 1, 1e-9}}), 1,
+              1e-15);  // nearly parallel
+  EXPECT_DOUBLE_EQ(distance(x, {{2, -1, 1}, {2, 1, 1}}),
+                   std::sqrt(2.0));  // end to middle
 }
 
 TEST(ClosestPoints, IsCloserThanSampledPairs) {

@@ -1,4 +1,4 @@
-#include "sim/geometry/contact_manifold.h"
+#include "sim/geometry/features.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,14 +19,11 @@ struct Pair {
 struct Scratch {
   std::vector<Pair> pairs;
   std::vector<Vector3> polygon;
-  std::vector<Vector3> clipped;
-  std::vector<double> outside;
+  std::vector<Vector3> kept;
+  std::vector<double> distances;
 };
 
-Scratch& scratch() {
-  thread_local Scratch memory;
-  return memory;
-}
+thread_local Scratch scratch;
 
 /// Returns the point of a plane opposite to `point` along `direction`.
 Vector3 onto_plane(const Vector3& point, const Vector3& direction, const Vector3& in_plane,
@@ -80,8 +77,7 @@ std::array<double, 2> rim_crossings(const Disc& disc, const Vector3& from, const
 bool is_over(const Polygon& polygon, const Vector3& direction, const Vector3& point, double tolerance) {
   const double facing = polygon.normal.dot(direction) < 0 ? -1 : 1;
   for (std::size_t i = 0; i < polygon.corners.size(); ++i) {
-    const Vector3& from = polygon.corners[i];
-    const Vector3& to = polygon.corners[i + 1 < polygon.corners.size() ? i + 1 : 0];
+    const auto [from, to] = polygon.side(i);
     const Vector3 outward = facing * (to - from).cross(direction);
     const double outside = outward.dot(point - from);
     if (outside > 0 && outside * outside > tolerance * tolerance * outward.squaredNorm()) return false;
@@ -89,15 +85,61 @@ bool is_over(const Polygon& polygon, const Vector3& direction, const Vector3& po
   return true;
 }
 
-/// Cuts the segment to the part within a half-space. False if nothing is left.
-bool cut(double from, double to, double tolerance, double& low, double& high) {
-  if (from > tolerance && to > tolerance) return false;
-  if (from > tolerance) low = std::max(low, from / (from - to));
-  if (to > tolerance) high = std::min(high, from / (from - to));
-  return low <= high;
-}
+/// The order of points around a disc, from its lowest point over a plane. Collects pairs in scratch memory.
+struct RoundOrder {
+  RoundOrder(const Disc& disc, const Vector3& plane_normal)
+      : centre(disc.centre), start(downhill(disc, plane_normal)), side(disc.normal.cross(start)) {
+    scratch.pairs.clear();
+  }
+  void collect(const Vector3& on_disc, const Vector3& on_other) const {
+    const Vector3 from = on_disc - centre;
+    scratch.pairs.push_back({on_disc, on_other, turn_of(start.dot(from), side.dot(from))});
+  }
+
+  Vector3 centre;
+  Vector3 start;
+  Vector3 side;
+};
 
 }  // namespace
+
+double closest_parameter(const Segment& segment, const Vector3& point) {
+  const Vector3 along = segment.to - segment.from;
+  const double squared = along.squaredNorm();
+  if (squared == 0) return 0;
+  return std::clamp(along.dot(point - segment.from) / squared, 0.0, 1.0);
+}
+
+SegmentParameters closest_parameters(const Segment& a, const Segment& b) {
+  const Vector3 u = a.to - a.from;
+  const Vector3 v = b.to - b.from;
+  const double uu = u.squaredNorm();
+  const double vv = v.squaredNorm();
+  if (uu == 0) return {0, closest_parameter(b, a.from)};
+  if (vv == 0) return {closest_parameter(a, b.from), 0};
+
+  // Of the two lines, then brought back into the segments one after the other. |u × v|² rather than
+  // uu vv − (u·v)², which cancels where the segments are nearly parallel.
+  const Vector3 between = a.from - b.from;
+  const double uv = u.dot(v);
+  const double cross = u.cross(v).squaredNorm();
+  double s = 0;
+  if (cross > 1e-24 * uu * vv) {
+    s = std::clamp((uv * v.dot(between) - vv * u.dot(between)) / cross, 0.0, 1.0);
+  }
+  const double t = closest_parameter(b, point_at(a, s));
+  // Exact for every t: it is the closest on a to the point found on b.
+  s = closest_parameter(a, point_at(b, t));
+  return {s, closest_parameter(b, point_at(a, s))};
+}
+
+bool is_over(const Polytope& polytope, std::size_t face, const Vector3& point) {
+  bool over = true;
+  for_each_side(polytope, face, [&](const Vector3& corner, const Vector3& outward) {
+    over = over && outward.dot(point - corner) <= 0;
+  });
+  return over;
+}
 
 Disc end_disc(const RevolvedSolid& solid, int end) {
   return {solid.end(end), end == 0 ? Vector3(-solid.axis) : solid.axis, solid.across, solid.radius[end]};
@@ -122,20 +164,14 @@ Segment line_or_point(const RevolvedSolid& solid, const Vector3& direction, doub
 }
 
 RevolvedFeature feature_towards(const RevolvedSolid& solid, const Vector3& direction) {
-  RevolvedFeature feature;
   const double along = solid.axis.dot(direction);
   if (!solid.is_ball_ended) {
     const int end = along < 0 ? 0 : 1;
     // Choose the feature that faces the direction most: the disc, or its side.
     const double side = solid.cosine * solid.outward(direction).norm() + solid.sine * along;
-    if (solid.radius[end] > 0 && std::abs(along) >= side) {
-      feature.is_disc = true;
-      feature.disc = end_disc(solid, end);
-      return feature;
-    }
+    if (solid.radius[end] > 0 && std::abs(along) >= side) return end_disc(solid, end);
   }
-  feature.line = {solid.support(direction, 0), solid.support(direction, 1)};
-  return feature;
+  return Segment{solid.support(direction, 0), solid.support(direction, 1)};
 }
 
 void Manifold::push(const Vector3& one, const Vector3& other, bool swapped) {
@@ -145,8 +181,8 @@ void Manifold::push(const Vector3& one, const Vector3& other, bool swapped) {
   if (distance < margin_) out_.push_back({on_a, on_b, normal_, distance});
 }
 
-void Manifold::push_round(double near, bool swapped) {
-  std::vector<Pair>& pairs = scratch().pairs;
+void Manifold::push_round(double near) {
+  std::vector<Pair>& pairs = scratch.pairs;
   std::ranges::sort(pairs, {}, &Pair::turn);
   const auto are_one = [&](std::size_t i, std::size_t j) {
     return (pairs[i].on_disc - pairs[j].on_disc).norm() <= near;
@@ -154,7 +190,7 @@ void Manifold::push_round(double near, bool swapped) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     // Remove duplicates: crossings of an outline at a rim point or a corner occur twice.
     if (i > 0 && (are_one(i, i - 1) || (i + 1 == pairs.size() && are_one(i, 0)))) continue;
-    push(pairs[i].on_disc, pairs[i].on_other, swapped);
+    push(pairs[i].on_disc, pairs[i].on_other, false);
   }
 }
 
@@ -162,68 +198,62 @@ void Manifold::add_point(const Vector3& on_a, double distance) {
   if (distance < margin_) out_.push_back({on_a, on_a - distance * normal_, normal_, distance});
 }
 
-void Manifold::add_disc_polygon(const Disc& disc, const Polygon& polygon, bool polygon_is_a) {
-  std::vector<Pair>& pairs = scratch().pairs;
-  pairs.clear();
+bool Manifold::keep_if_below(double highest) {
+  const bool is_kept = std::any_of(out_.begin() + static_cast<std::ptrdiff_t>(first_), out_.end(),
+                                   [&](const ContactPoint& point) { return point.distance <= highest; });
+  if (!is_kept) out_.resize(first_);
+  return is_kept;
+}
+
+void Manifold::add(const Disc& disc, const Polygon& polygon) {
   const double tolerance = flush_share * size_;
-  const Vector3 start = downhill(disc, polygon.normal);
-  const Vector3 side = disc.normal.cross(start);
-  const auto collect = [&](const Vector3& on_disc, const Vector3& on_polygon) {
-    const Vector3 from = on_disc - disc.centre;
-    pairs.push_back({on_disc, on_polygon, turn_of(start.dot(from), side.dot(from))});
-  };
-  // Seen edge-on, the polygon has its outline but no points over the disc.
+  const RoundOrder order(disc, polygon.normal);
+  // Collect rim points over the polygon; seen edge-on, it has an outline but no inside.
   if (std::abs(polygon.normal.dot(normal_)) > 0.05) {
     for (const Vector3& point : rim_points(disc, polygon.normal)) {
       if (!is_over(polygon, normal_, point, tolerance)) continue;
-      collect(point, onto_plane(point, normal_, polygon.corners[0], polygon.normal));
+      order.collect(point, onto_plane(point, normal_, polygon.corners[0], polygon.normal));
     }
   }
   const auto in_disc_plane = [&](const Vector3& point) {
     return onto_plane(point, normal_, disc.centre, disc.normal);
   };
   for (std::size_t i = 0; i < polygon.corners.size(); ++i) {
-    const Vector3& from = polygon.corners[i];
-    const Vector3& to = polygon.corners[i + 1 < polygon.corners.size() ? i + 1 : 0];
+    const auto [from, to] = polygon.side(i);
     const Vector3 foot = in_disc_plane(from);
-    // Corners and sides within a plane surface are none of its outline.
-    const bool goes_on = !polygon.goes_on.empty() && polygon.goes_on[i];
-    const bool went_on = goes_on && polygon.goes_on[i > 0 ? i - 1 : polygon.corners.size() - 1];
-    if (!went_on && (foot - disc.centre).norm() <= disc.radius + tolerance) collect(foot, from);
-    if (goes_on) continue;
+    // Skip corners and sides within a plane surface, which are not on its outline.
+    const bool is_inner = !polygon.continues.empty() && polygon.continues[i];
+    const bool is_after_inner = is_inner && polygon.continues[i > 0 ? i - 1 : polygon.corners.size() - 1];
+    if (!is_after_inner && (foot - disc.centre).norm() <= disc.radius + tolerance) order.collect(foot, from);
+    if (is_inner) continue;
     const Vector3 end = in_disc_plane(to);
     for (const double part : rim_crossings(disc, foot, end)) {
       if (part <= 0 || part >= 1) continue;
-      collect(foot + part * (end - foot), from + part * (to - from));
+      order.collect(foot + part * (end - foot), from + part * (to - from));
     }
   }
-  push_round(1e-6 * disc.radius, polygon_is_a);
+  push_round(1e-6 * disc.radius);
 }
 
 void Manifold::add(const Disc& a, const Disc& b) {
-  std::vector<Pair>& pairs = scratch().pairs;
-  pairs.clear();
   const double tolerance = flush_share * size_;
-  const Vector3 start = downhill(a, b.normal);
-  const Vector3 side = a.normal.cross(start);
-  const auto collect = [&](const Vector3& on_a, const Vector3& on_b) {
-    const Vector3 from = on_a - a.centre;
-    pairs.push_back({on_a, on_b, turn_of(start.dot(from), side.dot(from))});
+  const RoundOrder order(a, b.normal);
+  const std::array<Vector3, 8> rim = rim_points(a, b.normal);
+  const auto opposite = [&](const Vector3& point, const Disc& disc) {
+    return onto_plane(point, normal_, disc.centre, disc.normal);
   };
-  for (const Vector3& point : rim_points(a, b.normal)) {
-    const Vector3 foot = onto_plane(point, normal_, b.centre, b.normal);
-    if ((foot - b.centre).norm() <= b.radius + tolerance) collect(point, foot);
+  // Collect rim points of each disc that lie over the other.
+  for (const Vector3& point : rim) {
+    const Vector3 foot = opposite(point, b);
+    if ((foot - b.centre).norm() <= b.radius + tolerance) order.collect(point, foot);
   }
   for (const Vector3& point : rim_points(b, a.normal)) {
-    const Vector3 foot = onto_plane(point, normal_, a.centre, a.normal);
+    const Vector3 foot = opposite(point, a);
     // Equal discs one on the other have one rim.
-    if ((foot - a.centre).norm() < a.radius - tolerance) collect(foot, point);
+    if ((foot - a.centre).norm() < a.radius - tolerance) order.collect(foot, point);
   }
-  // Where the rims cross: between two neighbouring rim points of a of which one is over b.
-  const std::array<Vector3, 8> rim = rim_points(a, b.normal);
-  const auto beyond = [&](const Vector3& point) {
-    return (onto_plane(point, normal_, b.centre, b.normal) - b.centre).norm() - b.radius;
-  };
+  // Collect crossings of the rims: between two neighbouring rim points of a of which one is over b.
+  const auto beyond = [&](const Vector3& point) { return (opposite(point, b) - b.centre).norm() - b.radius; };
   for (std::size_t i = 0; i < 8; ++i) {
     const Vector3& from = rim[i];
     const Vector3& to = rim[(i + 1) % 8];
@@ -232,11 +262,10 @@ void Manifold::add(const Disc& a, const Disc& b) {
     const auto on_rim = [&](double part) -> Vector3 {
       return a.centre + a.radius * (from + part * (to - from) - a.centre).normalized();
     };
-    const double part = find_root([&](double p) { return (leaves ? -1 : 1) * beyond(on_rim(p)); });
-    const Vector3 point = on_rim(part);
-    collect(point, onto_plane(point, normal_, b.centre, b.normal));
+    const Vector3 point = on_rim(find_root([&](double p) { return (leaves ? -1 : 1) * beyond(on_rim(p)); }));
+    order.collect(point, opposite(point, b));
   }
-  push_round(1e-6 * std::min(a.radius, b.radius), false);
+  push_round(1e-6 * std::min(a.radius, b.radius));
 }
 
 void Manifold::add_disc_segment(const Disc& disc, const Segment& line, bool line_is_a) {
@@ -262,10 +291,9 @@ void Manifold::add(const Segment& a, const Polygon& b) {
   double low = 0;
   double high = 1;
   for (std::size_t i = 0; i < b.corners.size(); ++i) {
-    const Vector3& from = b.corners[i];
-    const Vector3& to = b.corners[i + 1 < b.corners.size() ? i + 1 : 0];
+    const auto [from, to] = b.side(i);
     const Vector3 outward = (to - from).cross(b.normal).normalized();
-    if (!cut(outward.dot(a.from - from), outward.dot(a.to - from), tolerance, low, high)) return;
+    if (!cut_interval(outward.dot(a.from - from), outward.dot(a.to - from), tolerance, low, high)) return;
   }
   const auto add_end = [&](double part) {
     const Vector3 point = point_at(a, part);
@@ -285,29 +313,16 @@ void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   const Polygon& reference = reference_is_b ? b : a;
   const Polygon& incident = reference_is_b ? a : b;
   const double tolerance = flush_share * size_;
-  std::vector<Vector3>& polygon = scratch().polygon;
-  std::vector<Vector3>& clipped = scratch().clipped;
-  std::vector<double>& outside = scratch().outside;
+  auto& [pairs, polygon, kept, distances] = scratch;
   // Give both buffers the size of the larger, since they swap at each cut.
-  polygon.reserve(clipped.capacity());
-  clipped.reserve(polygon.capacity());
+  polygon.reserve(kept.capacity());
+  kept.reserve(polygon.capacity());
   polygon.assign(incident.corners.begin(), incident.corners.end());
-  for (std::size_t i = 0; i < reference.corners.size() && !polygon.empty(); ++i) {
-    const Vector3& from = reference.corners[i];
-    const Vector3& to = reference.corners[i + 1 < reference.corners.size() ? i + 1 : 0];
-    const Vector3 outward = (to - from).cross(reference.normal).normalized();
-    outside.clear();
-    for (const Vector3& point : polygon) outside.push_back(outward.dot(point - from));
-    clipped.clear();
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-      const std::size_t next = k + 1 < polygon.size() ? k + 1 : 0;
-      const bool is_in = outside[k] <= tolerance;
-      if (is_in) clipped.push_back(polygon[k]);
-      if (is_in == (outside[next] <= tolerance)) continue;
-      const double part = std::clamp(outside[k] / (outside[k] - outside[next]), 0.0, 1.0);
-      clipped.push_back(polygon[k] + part * (polygon[next] - polygon[k]));
-    }
-    polygon.swap(clipped);
+  for (std::size_t i = 0; i < reference.corners.size(); ++i) {
+    const Segment side = reference.side(i);
+    const Vector3 outward = (side.to - side.from).cross(reference.normal).normalized();
+    const auto outside = [&](const Vector3& point) { return outward.dot(point - side.from); };
+    if (cut_polygon(polygon, kept, distances, tolerance, outside)) polygon.swap(kept);
   }
   for (const Vector3& point : polygon) {
     push(point, onto_plane(point, normal_, reference.corners[0], reference.normal), !reference_is_b);
@@ -338,11 +353,11 @@ bool Manifold::add_beside(const Segment& a, const Segment& b, double preference)
 }
 
 bool Manifold::add_crossing(const Segment& a, const Segment& b) {
-  const SegmentParameters closest = closest_parameters(a, b);
-  const Vector3 on_a = point_at(a, closest.on_a);
-  const Vector3 gap = on_a - point_at(b, closest.on_b);
+  ClosestPair closest;
+  closest.consider(a, b);
+  const Vector3 gap = closest.on_a - closest.on_b;
   if (!is_across(gap, 1e-6 * size_)) return false;
-  add_point(on_a, normal_.dot(gap));
+  add_point(closest.on_a, normal_.dot(gap));
   return true;
 }
 
