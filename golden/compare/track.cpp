@@ -13,7 +13,7 @@
 #include "golden/compare/provenance.h"
 #include "sim/constraints/contact_finder.h"
 #include "sim/error.h"
-#include "sim/measure/measured_run.h"
+#include "sim/measure/invariants.h"
 #include "sim/model/model.h"
 
 namespace substep::golden {

@@ -12,7 +12,7 @@
 #include "golden/compare/provenance.h"
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
-#include "sim/measure/settings_json.h"
+#include "sim/measure/json.h"
 #include "sim/scene/scene.h"
 
 namespace substep::golden {

@@ -26,7 +26,7 @@
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
 #include "sim/math/base64.h"
-#include "sim/measure/joint_gap.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
 #include "sim/model/model.h"
 

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "render/report/figures.h"
-#include "sim/measure/stability_map.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
 #include "sim/study/advice.h"
@@ -192,7 +191,7 @@ Sheet stability_sheet(const FigureSource&) {
               .caption = {"A weight without gravity whose joint is off by 1 mm; 8 sub-steps, 200 steps. "
                           "Stable: it came closer."},
               .panel_height = 340};
-  const std::vector<StabilityPoint> points = measure_stability_map();
+  const std::vector<StabilityPoint> points = stability_map();
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     Series stable{"stable", good_mark};
     Series unstable{"unstable", lost_mark};

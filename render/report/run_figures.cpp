@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "render/report/figures.h"
+#include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/measure/ablation.h"
 #include "sim/measure/metrics.h"
-#include "sim/measure/stage_times.h"
+#include "sim/measure/stepper.h"
 #include "sim/measure/substep_map.h"
-#include "sim/measure/sweep_errors.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
 

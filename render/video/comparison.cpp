@@ -14,7 +14,7 @@
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_table.h"
 #include "sim/measure/expectations.h"
-#include "sim/measure/joint_gap.h"
+#include "sim/measure/invariants.h"
 
 namespace substep::render {
 namespace {

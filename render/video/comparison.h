@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "render/video/panel.h"
+#include "sim/measure/metrics.h"
 #include "sim/measure/reference_cache.h"
-#include "sim/measure/violations.h"
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"

@@ -8,11 +8,9 @@
 #include "sim/error.h"
 #include "sim/measure/expectations.h"
 #include "sim/measure/invariants.h"
-#include "sim/measure/joint_gap.h"
-#include "sim/measure/measured_run.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
-#include "sim/measure/stage_times.h"
+#include "sim/measure/stepper.h"
 #include "sim/simulation.h"
 
 namespace substep::render {

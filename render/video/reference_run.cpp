@@ -12,7 +12,7 @@
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_cache.h"
-#include "sim/measure/reference_integrator.h"
+#include "sim/measure/stepper.h"
 #include "sim/simulation.h"
 
 namespace substep::render {
@@ -34,9 +34,7 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
 }  // namespace
 
 nlohmann::json to_json(const ReferenceAttempt& attempt) {
-  nlohmann::json poses = nlohmann::json::array();
-  for (const std::vector<Coordinates>& frame : attempt.poses) poses.push_back(substep::to_json(frame));
-  return {{"poses", std::move(poses)},
+  return {{"poses", attempt.poses},
           {"ended", attempt.ended.value_or(-1)},
           {"unsolved", attempt.unsolved.value_or(-1)},
           {"unsolved steps", attempt.unsolved_steps}};
@@ -44,7 +42,7 @@ nlohmann::json to_json(const ReferenceAttempt& attempt) {
 
 ReferenceAttempt attempt_in(const nlohmann::json& json) {
   ReferenceAttempt attempt;
-  for (const nlohmann::json& frame : json.at("poses")) attempt.poses.push_back(coordinates_in(frame));
+  json.at("poses").get_to(attempt.poses);
   const auto time = [&](const char* name) {
     const auto seconds = json.at(name).get<double>();
     return seconds < 0 ? std::nullopt : std::optional(seconds);

@@ -8,7 +8,7 @@
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/loading/load_scene.h"
-#include "sim/measure/scene_json.h"
+#include "sim/measure/json.h"
 #include "sim/simulation.h"
 
 namespace substep {

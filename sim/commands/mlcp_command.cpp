@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "sim/commands/commands.h"
+#include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
-#include "sim/measure/sweep_errors.h"
 #include "sim/measure/text_table.h"
+#include "sim/measure/validity_maps.h"
 
 namespace substep {
 namespace {

@@ -21,7 +21,7 @@
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/invariants.h"
-#include "sim/measure/violations.h"
+#include "sim/measure/metrics.h"
 #include "sim/simulation.h"
 
 namespace substep {

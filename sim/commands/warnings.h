@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/measure/violations.h"
+#include "sim/measure/metrics.h"
 #include "sim/scene/scene.h"
 
 namespace substep {

@@ -4,33 +4,39 @@
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"
+#include "sim/measure/measured_run.h"
 
 namespace substep {
 namespace {
 
-/// A approximation as switches over the listing of A3.
-struct Approximations {
-  explicit Approximations(Approximation approximation)
-      : frozen_jacobian(approximation == Approximation::frozen_jacobian ||
-                        approximation == Approximation::all_of_a4),
-        bias_update(approximation == Approximation::bias_update || approximation == Approximation::all_of_a4),
-        current_jacobian_bias(approximation == Approximation::current_jacobian_bias),
-        summed_rotation(approximation == Approximation::summed_rotation ||
-                        approximation == Approximation::all_of_a4),
-        unstepped(approximation == Approximation::all_of_a4) {}
+/// An approximation as switches over the listing of A3.
+struct Switches {
+  std::string_view name;
+  bool bias_update = false;
+  bool frozen_jacobian = false;
+  bool summed_rotation = false;
+  bool current_jacobian_bias = false;
+  bool unstepped = false;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
 
   bool exact_bias() const { return !bias_update && !current_jacobian_bias; }
-
-  bool frozen_jacobian;
-  bool bias_update;
-  bool current_jacobian_bias;
-  bool summed_rotation;
-  bool unstepped;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
 };
+
+/// By Approximation.
+constexpr std::array<Switches, approximations.size()> switches{
+    {{.name = "none (A3)"},
+     {.name = "bias update", .bias_update = true},
+     {.name = "frozen Jacobian", .frozen_jacobian = true},
+     {.name = "summed rotation", .summed_rotation = true},
+     {.name = "current Jacobian in the bias", .current_jacobian_bias = true},
+     {.name = "all of A4's",
+      .bias_update = true,
+      .frozen_jacobian = true,
+      .summed_rotation = true,
+      .unstepped = true}}};
 
 class Experiment {
  public:
-  explicit Experiment(Approximation approximation) : approximations_(approximation) {}
+  explicit Experiment(const Switches& approximations) : approximations_(approximations) {}
 
   void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
                   Work& work) {
@@ -76,7 +82,7 @@ class Experiment {
   }
 
  private:
-  /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
+  /// Makes J̆ʲ⁺¹ and βʲ⁺¹ of lines 15 and 16, each exact or not.
   void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
     Constraints& c = problem.c;
     if (approximations_.bias_update) update_biases(problem, v_local);
@@ -111,11 +117,11 @@ class Experiment {
       contacts.patches[i].beta = from.contacts.patches[i].beta;
       contacts.patches[i].reference = from.contacts.patches[i].reference;
     }
-    // A displacement is that of the points that it was followed to.
+    // Keep the points to which the displacements were followed.
     contacts.touching = from.contacts.touching;
   }
 
-  Approximations approximations_;
+  const Switches& approximations_;
   CoordinateVector stepped_;
   Constraints first_;   ///< with J̆¹, β¹
   Constraints before_;  ///< of the sub-step that ends
@@ -124,14 +130,24 @@ class Experiment {
 }  // namespace
 
 std::string_view name(Approximation approximation) {
-  constexpr std::array<std::string_view, approximations.size()> names{
-      "none (A3)",  "bias update", "frozen Jacobian", "summed rotation", "current Jacobian in the bias",
-      "all of A4's"};
-  return names[static_cast<std::size_t>(approximation)];
+  return switches[static_cast<std::size_t>(approximation)].name;
 }
 
 Procedure ablation_procedure(Approximation approximation) {
-  return Experiment(approximation);
+  return Experiment(switches[static_cast<std::size_t>(approximation)]);
+}
+
+std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon) {
+  Settings settings;
+  settings.step = scene.step;
+  settings.substeps = substeps;
+  const MeasuredRun exact = measured_run(scene, settings, horizon);
+  std::vector<double> costs;
+  for (const Approximation approximation : approximations) {
+    Simulation simulation(scene, settings, ablation_procedure(approximation));
+    costs.push_back(position_difference(measured_run(simulation, horizon), exact));
+  }
+  return costs;
 }
 
 }  // namespace substep

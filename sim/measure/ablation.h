@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string_view>
+#include <vector>
 
 #include "sim/constraints/contact_batch.h"
 #include "sim/simulation.h"
@@ -30,5 +31,9 @@ std::string_view name(Approximation approximation);
 /// Returns a procedure for Simulation with settings of A3. It keeps buffers, so each simulation needs its
 /// own. 'Stable' joints recompute their Jacobian in all approximations, as in A4.
 Procedure ablation_procedure(Approximation approximation);
+
+/// Returns the cost of each approximation, in the order of `approximations`: the largest distance of a body
+/// from its position in A3 with plain joints at the horizon, m.
+std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon);
 
 }  // namespace substep

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "sim/measure/ablation.h"
+#include "sim/measure/text_table.h"
 
 namespace substep {
 
@@ -26,42 +26,31 @@ struct Case {
 };
 
 struct Claim {
-  int number;
+  int number;                        ///< 1 to 14 are the report's, 15 to 17 are ours
   std::string section;               ///< of the report; "not the report's" for ours
   std::string claim;                 ///< in one sentence
   std::string measured;              ///< scenes and settings
   std::vector<std::string> columns;  ///< titles of the values of figures with several values, with units
-  std::vector<Figure> figures;
-  std::vector<Case> cases;
+  std::vector<Figure> figures = {};
+  std::vector<Case> cases = {};
+
+  void add(std::string what, std::vector<double> values, std::string unit = "", bool timing = false) {
+    figures.push_back({std::move(what), std::move(values), std::move(unit), timing});
+  }
+  void require(std::string what, bool holds) { cases.push_back({std::move(what), holds}); }
 
   /// Returns "holds", "does not hold", or the cases that hold or fail.
   std::string verdict() const;
 };
 
-/// The cost of each approximation between A3 and A5 on one scene.
-struct AblationCosts {
-  std::string scene;
-  int substeps;
-  std::vector<double>
-      costs;  ///< by `approximations`: largest distance of a body from where A3 has it after 1 s, m
-};
-
-/// Energy of a passive scene with one algorithm and flavour of joints.
-struct EnergyDrift {
-  std::string run;             ///< "A3, stable"
-  std::vector<double> growth;  ///< by ClaimsReport::energy_scenes: largest rise above the start's energy, J
-};
-
 struct ClaimsReport {
   std::vector<Claim> claims;
-  std::vector<AblationCosts> ablation;
-  std::vector<std::string> energy_scenes;
-  std::vector<EnergyDrift> energy;
+  TextTable ablation;  ///< the cost of each approximation between A3 and A5, by scene
+  TextTable energy;    ///< the rise of energy of passive scenes, by algorithm
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
-/// every run. `progress` receives the number of the next claim. Throws Error when a scene cannot be
-/// read.
+/// every run. `progress` receives the number of the next claim. Throws Error when a scene cannot be read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
 /// Returns for each claim its verdict, a table and a list, then the ablation and the rises of energy. Timings

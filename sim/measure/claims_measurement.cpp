@@ -1,8 +1,6 @@
 #include "sim/measure/claims_measurement.h"
 
 #include <fmt/format.h>
-#include <algorithm>
-#include <chrono>
 
 #include "sim/algorithms.h"
 #include "sim/loading/load_scene.h"
@@ -11,15 +9,12 @@
 namespace substep::claims {
 namespace {
 
-/// Every body moving in a way of its own, in space; joints that were closed stay closed.
+/// Returns the scene with every body in a motion of its own, in space; joints that were closed stay closed.
 Scene tumbling(Scene scene) {
   Scene turned = disturbed(scene, 7, 1);
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) turned.bodies[i].pose = scene.bodies[i].pose;
-  // A1 at small steps takes away what the joints do not let pass, and leads out of the plane.
-  Settings fine;
-  fine.algorithm = Algorithm::a1;
-  fine.step = 1.0 / 61440;
-  const State state = measured_run(turned, fine, 0.2).state;
+  // Run A1 at small steps: it removes velocities that the joints forbid, and leads out of the plane.
+  const State state = measured_run(turned, {.algorithm = Algorithm::a1, .step = 1.0 / 61440}, 0.2).state;
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     scene.bodies[i].pose = {state.q[i].linear, state.q[i].angular};
     scene.bodies[i].linear_velocity = state.v[i].linear;
@@ -31,20 +26,7 @@ Scene tumbling(Scene scene) {
 }  // namespace
 
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints) {
-  Settings settings;
-  settings.algorithm = algorithm;
-  settings.step = scene.step;
-  settings.substeps = n;
-  settings.iterations = m;
-  settings.joints = joints;
-  return settings;
-}
-
-MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration) {
-  if (settings.algorithm > Algorithm::a2) return measured_run(scene, settings, duration);
-  // A given procedure takes a step as one.
-  Simulation simulation(scene, settings, settings.algorithm == Algorithm::a1 ? proc1 : proc2);
-  return measured_run(simulation, duration);
+  return {.algorithm = algorithm, .step = scene.step, .substeps = n, .iterations = m, .joints = joints};
 }
 
 Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
@@ -80,12 +62,11 @@ std::vector<Velocity> Formulated::local_velocities() const {
 }
 
 Row Formulated::in_world(const Block& x, int row) const {
-  Row result = problem.c.rows[static_cast<std::size_t>(row)];
+  Row result = problem.c.rows[row];
   const auto turn = [&](int body, Vector3& angular, Vector3& response) {
-    const auto i = static_cast<std::size_t>(body);
-    const Matrix3& rotation = problem.rotations[i];
+    const Matrix3& rotation = problem.rotations[body];
     const Matrix3 inverse_inertia =
-        rotation * model.masses[i].inverse_inertia.asDiagonal() * rotation.transpose();
+        rotation * model.masses[body].inverse_inertia.asDiagonal() * rotation.transpose();
     angular = (rotation * angular).eval();
     response = inverse_inertia * angular;
   };
@@ -110,40 +91,18 @@ const Reference& Measurement::reference(const std::string& name) {
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }
 
-MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m,
-                             Joints joints) const {
-  return undivided_run(scene(name), settings_of(scene(name), algorithm, n, m, joints), horizon);
+/// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
+MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
+                             double duration) const {
+  const Settings settings = settings_of(scene(name), algorithm, n, m, joints);
+  if (algorithm > Algorithm::a2) return measured_run(scene(name), settings, duration);
+  // Give the procedure: it takes a step as one.
+  Simulation simulation(scene(name), settings, algorithm == Algorithm::a1 ? proc1 : proc2);
+  return measured_run(simulation, duration);
 }
 
 double Measurement::error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {
   return error_of(run(name, algorithm, n, m, joints), reference(name));
-}
-
-std::vector<std::vector<double>> solver_times(const Scene& scene, const std::vector<Settings>& all,
-                                              const std::vector<Procedure>& procedures, int steps) {
-  std::vector<std::vector<double>> times(all.size());
-  std::vector<Simulation> simulations;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const auto timed = [&times, k, procedure = procedures[k]](CoordinateVector& q, VelocityVector& v,
-                                                              const Settings& settings, Problem& problem,
-                                                              Work& work) {
-      using Clock = std::chrono::steady_clock;
-      const Clock::time_point start = Clock::now();
-      procedure(q, v, settings, problem, work);
-      times[k].push_back(std::chrono::duration<double>(Clock::now() - start).count());
-    };
-    simulations.emplace_back(scene, all[k], timed);
-  }
-  for (int i = 0; i < steps; ++i) {
-    for (Simulation& simulation : simulations) simulation.step();
-  }
-  return times;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace substep::claims

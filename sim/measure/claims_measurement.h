@@ -21,10 +21,7 @@ inline constexpr double horizon = 1;  // s: chaotic scenes are compared before t
 
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints = Joints::plain);
 
-/// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
-MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration);
-
-/// Numbers in [−1, 1], the same in every run.
+/// Returns numbers in [−1, 1], the same in every run.
 class RandomNumbers {
  public:
   explicit RandomNumbers(std::uint32_t seed) : engine_(seed) {}
@@ -72,7 +69,8 @@ class Measurement {
   /// Returns the reference of a scene. It is computed once, since A1 at small steps takes most of the time.
   const Reference& reference(const std::string& name);
 
-  MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) const;
+  MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
+                  double duration = horizon) const;
 
   double error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
 
@@ -82,41 +80,15 @@ class Measurement {
   std::map<std::string, Reference> references_;
 };
 
-/// Returns number, section, sentence and settings of a claim, without figures and cases. 1 to 14 are the
-/// report's, 15 to 17 are ours.
-Claim unmeasured_claim(int number);
+/// Returns the largest distance of a body's centre between A3 with these settings and small-step
+/// position-based dynamics without compliance, over `duration`, m. Throws Error where a body is not in the
+/// plane z = 0. See small_step_xpbd.cpp.
+double distance_from_xpbd(const Scene& scene, const Settings& settings, double duration);
 
-/// Returns the time of the solver alone (s3, s4) in each step, s, of several procedures that step in turn.
-/// Times differ from run to run.
-std::vector<std::vector<double>> solver_times(const Scene& scene, const std::vector<Settings>& all,
-                                              const std::vector<Procedure>& procedures, int steps);
-
-double median(std::vector<double> values);
-
-// claims_exactness.cpp
-Claim claim1(Measurement& measurement);
-Claim claim2(Measurement& measurement);
-Claim claim4(Measurement& measurement);
-Claim claim5(Measurement& measurement);
-Claim claim8(Measurement& measurement);
-Claim claim9(Measurement& measurement);  ///< has no scene
-Claim claim10(Measurement& measurement);
-Claim claim16(Measurement& measurement);
-
-// claims_accuracy.cpp
-Claim claim3(Measurement& measurement);
-Claim claim6(Measurement& measurement);
-Claim claim13(Measurement& measurement);
-Claim claim14(Measurement& measurement);
-Claim claim7(Measurement& measurement);
-AblationCosts ablation(const Measurement& measurement, const std::string& name, int n);
-
-// claims_stability.cpp
-Claim claim11(Measurement& measurement);
-Claim claim12(Measurement& measurement);
-Claim claim15(Measurement& measurement);
-Claim claim17(Measurement& measurement);
-EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
-                         Joints joints, const std::vector<std::string>& names);
+/// Measures one claim.
+using MeasureClaim = Claim(Measurement& measurement);
+MeasureClaim claim1, claim2, claim4, claim5, claim8, claim9, claim10, claim16;  // claims_exactness.cpp
+MeasureClaim claim3, claim6, claim7, claim13, claim14;                          // claims_accuracy.cpp
+MeasureClaim claim11, claim12, claim15, claim17;                                // claims_stability.cpp
 
 }  // namespace substep::claims

@@ -2,6 +2,9 @@
 /// The equations of motion with their constraints differentiated twice (index 1), and the projection onto the
 /// constraints, as long as no event changes the set of rows. Internal to the reference integrator.
 
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -12,70 +15,257 @@
 
 namespace substep {
 
-/// Solves Γλ = right, and returns impulses by body: with the joints' solver, else densely, where λ may not be
-/// unique.
-class RowSolver {
- public:
-  void solve(const Mlcp& problem);
-  const std::vector<Vector6>& impulses() const { return impulses_; }
-  const std::vector<double>& lambda() const { return lambda_; }
-
- private:
-  JointSolver joints_;
-  std::vector<double> lambda_;
-  std::vector<Vector6> impulses_;
-};
+/// Factors the rows' directions, which have unit length in the metric of the masses. The rank counts the rows
+/// that are linearly independent to `tolerance`.
+inline Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Mlcp& mlcp, double tolerance) {
+  const auto rows = static_cast<Eigen::Index>(mlcp.rows.size());
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * mlcp.bodies, rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mlcp::Row& row = mlcp.rows[i];
+    if (row.a >= 0) directions.col(i).segment<6>(6 * row.a) += row.part_a;
+    if (row.b >= 0) directions.col(i).segment<6>(6 * row.b) += row.part_b;
+    directions.col(i).normalize();
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored(directions);
+  factored.setThreshold(tolerance);
+  return factored;
+}
 
 /// The dynamics of rigid two-sided rows, whose λ is solved for, and of springs and drives, which are forces.
 /// Velocities are local ones, v̆.
 class ConstrainedDynamics {
  public:
   /// `size`: of the scene, m. One-sided limits are no rows before they are held.
-  ConstrainedDynamics(const Model& model, double size);
+  ConstrainedDynamics(const Model& model, double size)
+      : size_(size),
+        rigid_model_(rigid_part(model)),
+        force_model_(force_part(model)),
+        two_sided_(rigid_model_.limits.size()),
+        drive_sides_(model.drives.size()),
+        jacobian_rate_(rigid_model_, size) {
+    hold({});
+  }
   ConstrainedDynamics(const ConstrainedDynamics&) = delete;
   ConstrainedDynamics& operator=(const ConstrainedDynamics&) = delete;
 
   /// Makes these one-sided limits two-sided rows, and no others.
-  void hold(const std::vector<Limit>& bounds);
+  void hold(const std::vector<Limit>& bounds) {
+    rigid_model_.limits.resize(two_sided_);
+    for (const Limit& bound : bounds) {
+      rigid_model_.limits.push_back(bound);
+      rigid_model_.limits.back().side = Limit::Side::both;
+    }
+    for (auto [problem, model] : {std::pair(&rigid_, &rigid_model_), std::pair(&force_, &force_model_)}) {
+      problem->model = model;
+      problem->contacts = &no_contacts_;
+      build_blocks(*problem, Joints::rows);
+    }
+    jacobian_rate_.set_up(rigid_);
+    kept_position_.clear();
+    redundant_rows_ = 0;
+  }
 
   /// Returns λ of the limits that are held, N or N·m.
-  std::vector<double> pushes(const CoordinateVector& q, const VelocityVector& v);
+  std::vector<double> pushes(const CoordinateVector& q, const VelocityVector& v) {
+    std::vector<double> all(rigid_model_.limits.size());
+    accelerate(q, v);
+    for (const Block& x : rigid_.c.blocks) {
+      if (x.kind == Block::Kind::limit) all[x.source] = lambda_of(x.first);
+    }
+    return {all.begin() + static_cast<std::ptrdiff_t>(two_sided_), all.end()};
+  }
 
   /// By drive: the limit of its force that it is stepped with (1, −1; 0: within the limits), and the limit
   /// that it has reached.
   const std::vector<int>& drive_sides() const { return drive_sides_; }
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
-  std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v);
+  std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v) {
+    std::vector<int> sides(force_model_.drives.size());
+    if (sides.empty()) return sides;
+    formulate(force_, q, 1);
+    for (const Block& x : force_.c.blocks) {
+      if (x.kind == Block::Kind::drive) sides[x.source] = side_of(x, v);
+    }
+    return sides;
+  }
 
   /// Returns the largest |C(q)| of a row.
-  double violation(const CoordinateVector& q);
+  double violation(const CoordinateVector& q) {
+    formulate(rigid_, q, 1);
+    double furthest = 0;
+    for (const Row& row : rigid_.c.rows) furthest = std::max(furthest, std::abs(row.beta));
+    return furthest;
+  }
 
-  /// Leaves out redundant rows until the next call. A row is redundant where its direction, of unit length in
-  /// the metric of the masses, depends linearly on the others to `tolerance`. Redundant rows of a closed loop
-  /// agree only where C(q) = 0. Inner points of a step drift off, where those rows would contradict one
-  /// another.
-  void choose_rows(const CoordinateVector& q, double tolerance);
+  /// Leaves out redundant rows until the next call. A row is redundant where its direction depends linearly
+  /// on the others to `tolerance`. Redundant rows of a closed loop agree only where C(q) = 0. Inner points of
+  /// a step drift off, where those rows would contradict one another.
+  void choose_rows(const CoordinateVector& q, double tolerance) {
+    kept_position_.clear();
+    redundant_rows_ = 0;
+    if (rigid_.c.blocks.empty()) return;
+    formulate(rigid_, q, 1);
+    change_.resize(q.size());
+    set_zero(change_);
+    make_mlcp(rigid_, change_, mlcp_);
+    const auto factored = factored_directions(mlcp_, tolerance);
+    const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
+    if (factored.rank() == rows) return;
+    kept_position_.assign(rows, -1);
+    for (Eigen::Index k = 0; k < factored.rank(); ++k)
+      kept_position_[factored.colsPermutation().indices()[k]] = 0;
+    int next = 0;
+    for (int& position : kept_position_) {
+      if (position == 0) position = next++;
+    }
+    redundant_rows_ = static_cast<int>(rows) - next;
+  }
 
   /// Returns the accelerations v̆' at q and v̆.
-  const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v);
+  const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v) {
+    acceleration_.resize(v.size());
+    set_zero(acceleration_);
+    const Model& model = rigid_model_;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (model.masses[i].inverse_mass > 0)
+        acceleration_[i].linear = model.masses[i].gravity_factor * model.gravity;
+    }
+    for (const int i : model.gyroscopic) {
+      const Vector3& spin = v[i].angular;
+      const Vector3 momentum = model.inertia[i].cwiseProduct(spin);
+      acceleration_[i].angular = model.masses[i].inverse_inertia.cwiseProduct(momentum.cross(spin));
+    }
+    if (!force_.c.blocks.empty()) add_forces(q, v);
+    if (rigid_.c.blocks.empty()) return acceleration_;
+    formulate(rigid_, q, 1);
+    const std::vector<double>& terms = jacobian_rate_.terms(rigid_, q, v);
+    for (const Block& x : rigid_.c.blocks) rigid_.c.rows[x.first].beta = -terms[x.first];
+    respond(acceleration_);
+    return acceleration_;
+  }
 
   /// Projects q onto C(q) = 0 by Newton's method in the metric of the masses, then v̆ onto J̆ v̆ = 0.
-  void project(CoordinateVector& q, VelocityVector& v);
+  void project(CoordinateVector& q, VelocityVector& v) {
+    if (rigid_.c.blocks.empty()) return;
+    for (int i = 0; i < 4; ++i) {
+      const double furthest = violation(q);
+      if (!(furthest > 1e-15 * size_)) break;
+      change_.resize(v.size());
+      set_zero(change_);
+      respond(change_);
+      step_coordinates(1, change_, q);
+      if (furthest < 1e-8 * size_) break;  // the rest is its square
+    }
+    for (Row& row : rigid_.c.rows) row.beta = 0;
+    respond(v);
+  }
 
   std::int64_t row_solves() const { return row_solves_; }
 
  private:
+  /// Returns the model without one-sided limits and without forces.
+  static Model rigid_part(Model model) {
+    model.drives.clear();
+    std::erase_if(model.limits,
+                  [](const Limit& limit) { return limit.soft || limit.side != Limit::Side::both; });
+    return model;
+  }
+
+  /// Returns the model's springs and drives alone.
+  static Model force_part(Model model) {
+    model.locks.clear();
+    std::erase_if(model.limits, [](const Limit& limit) { return !limit.soft; });
+    return model;
+  }
+
   /// Adds springs and drives as in joint_rows.cpp, with hs → 0: force = stiffness · deflection − damping ·
   /// rate.
-  void add_forces(const CoordinateVector& q, const VelocityVector& v);
-  /// Returns the force of a drive without its limit. With hs = 1, β is that force over stiffness + damping.
-  double drive_force(const Block& x, const VelocityVector& v) const;
+  void add_forces(const CoordinateVector& q, const VelocityVector& v) {
+    formulate(force_, q, 1);
+    for (const Block& x : force_.c.blocks) {
+      const Row& row = force_.c.rows[x.first];
+      double force = 0;
+      if (x.kind == Block::Kind::drive) {
+        const Drive& drive = force_model_.drives[x.source];
+        const int side = drive_sides_[x.source];
+        force = side == 0 ? drive_force(x, v) : side * drive.max_force;
+        if (drive.per_mass) force *= effective_mass(x, row);
+      } else {
+        const Limit& limit = force_model_.limits[x.source];
+        const bool both = limit.side == Limit::Side::both;
+        if (both || row.beta >= 0) force = spring_force(x, limit.stiffness, limit.damping, v);
+        if (!both) force = std::max(force, 0.0);
+      }
+      apply(force_.c, x, {force}, acceleration_);
+    }
+  }
+
+  /// Returns the force of a spring with a damper. With hs = 1, β is that force over stiffness + damping.
+  double spring_force(const Block& x, double stiffness, double damping, const VelocityVector& v) const {
+    const Row& row = force_.c.rows[x.first];
+    return row.beta * (stiffness + damping) - damping * row_velocity(row, v[x.a], v[x.b]);
+  }
+
+  /// Returns the force of a drive without its limit.
+  double drive_force(const Block& x, const VelocityVector& v) const {
+    const Drive& drive = force_model_.drives[x.source];
+    return spring_force(x, drive.stiffness, drive.damping, v);
+  }
+
   /// Returns 1 at the greatest force, −1 at the opposite one, 0 between.
-  int side_of(const Block& x, const VelocityVector& v) const;
+  int side_of(const Block& x, const VelocityVector& v) const {
+    const double force = drive_force(x, v);
+    const double most = force_model_.drives[x.source].max_force;
+    return force > most ? 1 : force < -most ? -1 : 0;
+  }
+
+  static double effective_mass(const Block& x, const Row& row) {
+    const double gamma = row.linear.squaredNorm() * (x.inverse_mass_a + x.inverse_mass_b) +
+                         row.angular_a.dot(row.response_a) + row.angular_b.dot(row.response_b);
+    return gamma > 0 ? 1 / gamma : 0;
+  }
+
   /// Adds M̆⁻¹J̆ᵀλ to v such that J̆ v = β, with the current rows.
-  void respond(VelocityVector& v);
-  /// By row of rigid_.
-  double lambda_of(int row) const;
+  void respond(VelocityVector& v) {
+    make_mlcp(rigid_, v, mlcp_);
+    for (std::size_t i = 0; i < kept_position_.size(); ++i) {
+      if (kept_position_[i] >= 0) mlcp_.rows[kept_position_[i]] = mlcp_.rows[i];
+    }
+    mlcp_.rows.resize(mlcp_.rows.size() - redundant_rows_);
+    MlcpReport report;
+    if (joints_.solve(mlcp_, lambda_, report) && report.status == MlcpReport::Status::solved) {
+      add_impulses(rigid_model_, joints_.impulses(), v);
+    } else {
+      add_impulses(rigid_model_, solved_densely(), v);
+    }
+    row_solves_ += std::ssize(mlcp_.rows);
+  }
+
+  /// Solves Γλ = right where λ may not be unique. Returns impulses by body.
+  std::vector<Vector6> solved_densely() {
+    const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
+    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(rows, 6 * mlcp_.bodies);
+    Eigen::VectorXd right(rows);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const Mlcp::Row& row = mlcp_.rows[i];
+      if (row.a >= 0) g.block<1, 6>(i, 6 * row.a) += row.part_a.transpose();
+      if (row.b >= 0) g.block<1, 6>(i, 6 * row.b) += row.part_b.transpose();
+      right[i] = row.right;
+    }
+    const Eigen::VectorXd y = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(g).solve(right);
+    const Eigen::VectorXd lambda =
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(g.transpose()).solve(y);
+    lambda_.assign(lambda.begin(), lambda.end());
+    std::vector<Vector6> impulses(mlcp_.bodies);
+    for (int body = 0; body < mlcp_.bodies; ++body) impulses[body] = y.segment<6>(6 * body);
+    return impulses;
+  }
+
+  /// Returns λ of a row of rigid_.
+  double lambda_of(int row) const {
+    const int position = kept_position_.empty() ? row : kept_position_[row];
+    return position < 0 ? 0 : lambda_[position];
+  }
 
   double size_;
   std::vector<Contact> no_contacts_;
@@ -87,8 +277,10 @@ class ConstrainedDynamics {
   Problem force_;
   JacobianRate jacobian_rate_;
   Mlcp mlcp_;
-  RowSolver solver_;
-  std::vector<int> place_;  // by row of rigid_: among those that count; −1: redundant. Empty: all count
+  JointSolver joints_;
+  std::vector<double> lambda_;
+  std::vector<int>
+      kept_position_;  // by row of rigid_: among the kept rows; −1: redundant. Empty: all are kept
   int redundant_rows_ = 0;
   std::int64_t row_solves_ = 0;
   VelocityVector change_;

@@ -7,8 +7,7 @@
 #include <optional>
 
 #include "sim/math/rotation.h"
-#include "sim/measure/joint_gap.h"
-#include "sim/measure/measured_run.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
 
 namespace substep {

@@ -4,11 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "sim/constraints/formulate.h"
+#include "sim/measure/metrics.h"
+#include "sim/measure/motion.h"
 
 namespace substep {
 namespace {
 
-/// True where no body meets or is joined to one of infinite mass, so that only gravity changes momentum.
+bool is_angle(const JointCoordinate& coordinate) {
+  using Kind = JointCoordinate::Kind;
+  return coordinate.kind == Kind::twist || coordinate.kind == Kind::cone || coordinate.kind == Kind::turn;
+}
+
+/// Returns the coordinate that is 0 while the lock holds.
+JointCoordinate coordinate_of(const Lock& lock) {
+  using Kind = JointCoordinate::Kind;
+  switch (lock.kind) {
+    case Lock::Kind::point:
+      return {Kind::distance, 0};
+    case Lock::Kind::line:
+      return {Kind::radius, lock.axis};
+    case Lock::Kind::direction:
+      return {Kind::cone, lock.axis};
+    case Lock::Kind::orientation:
+      break;
+  }
+  return {Kind::turn, 0};
+}
+
+/// Returns the smaller of the moving bodies' largest radii of gyration about the joint, m.
+double lever_of(const Model& model, const Attachment& at) {
+  double lever = infinite;
+  for (const auto& [body, frame] : {std::pair(at.a, at.frame_a), std::pair(at.b, at.frame_b)}) {
+    if (!moves(model.masses[body])) continue;
+    const double squared = model.inertia[body].maxCoeff() * model.masses[body].inverse_mass;
+    lever = std::min(lever, std::sqrt(squared + frame.position.squaredNorm()));
+  }
+  return std::isfinite(lever) ? lever : 0;
+}
+
+/// Returns true where no body meets or is joined to one of infinite mass, so that only gravity changes
+/// momentum.
 bool is_free(const Scene& scene) {
   const auto is_fixed = [&](int body) { return scene.bodies[body].inverse_mass == 0; };
   return std::ranges::none_of(
@@ -19,6 +57,111 @@ bool is_free(const Scene& scene) {
 }
 
 }  // namespace
+
+double energy(const Scene& scene, const State& state) {
+  double sum = 0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const Vector3 local = state.q[i].angular.conjugate() * state.v[i].angular;
+    sum += 0.5 / body.inverse_mass * state.v[i].linear.squaredNorm();
+    sum -= body.gravity_factor / body.inverse_mass * scene.gravity.dot(state.q[i].linear);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (body.inverse_inertia[axis] > 0) sum += 0.5 * local[axis] * local[axis] / body.inverse_inertia[axis];
+    }
+  }
+  return sum;
+}
+
+Momentum momentum(const Scene& scene, const State& state, double time) {
+  double mass = 0;
+  Vector3 centre = Vector3::Zero();
+  Momentum sum;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const double m = 1 / body.inverse_mass;
+    mass += m;
+    centre += m * state.q[i].linear;
+    sum.linear += m * (state.v[i].linear - time * body.gravity_factor * scene.gravity);
+  }
+  if (mass > 0) centre /= mass;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
+    for (int axis = 0; axis < 3; ++axis) {
+      spin[axis] = body.inverse_inertia[axis] > 0 ? spin[axis] / body.inverse_inertia[axis] : 0;
+    }
+    const Vector3 arm = state.q[i].linear - centre;
+    sum.angular += state.q[i].angular * spin + arm.cross(state.v[i].linear) / body.inverse_mass;
+  }
+  return sum;
+}
+
+bool is_rigid(const Model& model) {
+  return !model.contacts && model.drives.empty() && std::ranges::all_of(model.limits, [](const Limit& limit) {
+    return !limit.soft && limit.side == Limit::Side::both;
+  });
+}
+
+double moved(const Scene& scene, const State& start, const State& state) {
+  double largest = 0;
+  for (std::size_t i = 1; i < state.q.size(); ++i) {
+    if (scene.bodies[i].inverse_mass > 0)
+      largest = std::max(largest, (state.q[i].linear - start.q[i].linear).norm());
+  }
+  return largest;
+}
+
+double energy_scale(const Scene& scene) {
+  Scene weightless = scene;
+  weightless.gravity.setZero();
+  double scale = energy(weightless, initial_state(scene));
+  for (const Body& body : scene.bodies) {
+    if (body.inverse_mass > 0) scale += scene.gravity.norm() * size_of(scene) / body.inverse_mass;
+  }
+  return scale;
+}
+
+JointGapMeter::JointGapMeter(const Scene& scene) {
+  const Model model = build_model(scene);
+  const auto add = [&](const Attachment& at, const JointCoordinate& coordinate, double low, double high) {
+    held_.push_back({at, coordinate, low, high, is_angle(coordinate) ? lever_of(model, at) : 1});
+  };
+  for (const Lock& lock : model.locks) add(lock.at, coordinate_of(lock), 0, 0);
+  for (const Limit& limit : model.limits) {
+    if (limit.soft) continue;
+    add(limit.at, limit.coordinate, limit.side == Limit::Side::high ? -infinite : limit.bound,
+        limit.side == Limit::Side::low ? infinite : limit.bound);
+  }
+}
+
+double JointGapMeter::gap(const State& state) const {
+  double largest = 0;
+  for (const Held& held : held_) {
+    const double value = value_of(held.coordinate, held.at, state.q);
+    largest = std::max(largest, held.scale * std::max(held.low - value, value - held.high));
+  }
+  return largest;
+}
+
+double PenetrationMeter::depth(const State& state) {
+  return std::ranges::max(depths(state));
+}
+
+std::vector<double> PenetrationMeter::depths(const State& state) {
+  std::vector<double> deepest(state.q.size(), 0);
+  if (!model_.contacts) return deepest;
+  for (const Contact& contact : finder_.find(state, 0, 1)) {
+    const Coordinates& a = state.q[contact.a];
+    const Coordinates& b = state.q[contact.b];
+    const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
+    const double depth = -apart.dot(b.angular * contact.normal_b);
+    for (const int body : {contact.a, contact.b}) deepest[body] = std::max(deepest[body], depth);
+  }
+  return deepest;
+}
 
 Invariants::Invariants(const Scene& scene, const State& start)
     : scene_(scene),
@@ -62,25 +205,6 @@ void Invariants::follow(const State& state, double step, Metrics& metrics) {
     metrics.passages.push_back(
         fmt::format("'{}' passes through '{}'", scene_.bodies[other].name, scene_.bodies[one].name));
   }
-}
-
-double moved(const Scene& scene, const State& start, const State& state) {
-  double largest = 0;
-  for (std::size_t i = 1; i < state.q.size(); ++i) {
-    if (scene.bodies[i].inverse_mass > 0)
-      largest = std::max(largest, (state.q[i].linear - start.q[i].linear).norm());
-  }
-  return largest;
-}
-
-double energy_scale(const Scene& scene) {
-  Scene weightless = scene;
-  weightless.gravity.setZero();
-  double scale = energy(weightless, initial_state(scene));
-  for (const Body& body : scene.bodies) {
-    if (body.inverse_mass > 0) scale += scene.gravity.norm() * size_of(scene) / body.inverse_mass;
-  }
-  return scale;
 }
 
 }  // namespace substep

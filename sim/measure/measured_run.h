@@ -1,8 +1,6 @@
 #pragma once
 /// One run of a simulation and its measurements, and distances between states.
 
-#include <vector>
-
 #include "sim/simulation.h"
 
 namespace substep {
@@ -14,24 +12,11 @@ struct MeasuredRun {
   double energy_change = 0;     ///< of all bodies, end − start, J
   double energy_growth = 0;     ///< largest rise above the start's, after any step, J
   double largest_residual = 0;  ///< of A1, after any step
-  std::int64_t row_solves = 0;
 };
 
 /// Runs for `duration` seconds, to the nearest whole step.
 MeasuredRun measured_run(Simulation& simulation, double duration);
 MeasuredRun measured_run(const Scene& scene, const Settings& settings, double duration);
-
-/// Returns the kinetic and potential energy of all bodies of finite mass, J.
-double energy(const Scene& scene, const State& state);
-
-struct Momentum {
-  Vector3 linear = Vector3::Zero();   ///< N·s
-  Vector3 angular = Vector3::Zero();  ///< about the common centre of mass, N·m·s
-};
-
-/// Returns the momentum of all bodies of finite mass, less what gravity gave in the `time` seconds since the
-/// start.
-Momentum momentum(const Scene& scene, const State& state, double time);
 
 /// Returns the largest distance between the centres of equal bodies, m.
 double position_difference(const State& a, const State& b);
@@ -43,8 +28,8 @@ double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
 /// The motion without a step's error: A1 at two small steps, extrapolated to step zero (Richardson).
 struct Reference {
-  std::vector<Vector3> centres;  ///< of mass, at the end
-  double uncertainty = 0;        ///< by how much one more halving of the steps moved it, m
+  State state;             ///< at the end; its centres of mass alone are extrapolated
+  double uncertainty = 0;  ///< by how much one more halving of the steps moved a centre, m
 };
 
 /// Computes the reference from steps of the scene's step over `divisions`, half and twice as large.

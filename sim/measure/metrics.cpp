@@ -1,23 +1,40 @@
 #include "sim/measure/metrics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
-#include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/math/floating_point.h"
 #include "sim/measure/invariants.h"
-#include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
-#include "sim/measure/violations.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
 namespace substep {
 namespace {
 
+using Severity = Violation::Severity;
+
 constexpr double bounded_error = 0.1;  // of the scene's size
 constexpr double still = 0.01;         // of the smallest body: a reference that moves by less stands
+/// Limit of joint gaps, overlaps and displacements of standing bodies, as a fraction of the smallest body's
+/// size.
+constexpr double bounded_violation = 0.1;
+/// Joint gap that causes a warning, as a fraction of the scene's size.
+constexpr double warned_gap = 0.01;
+/// Limit of the energy that undriven scenes gain and unbraked joints lose, as a fraction of energy_scale().
+constexpr double bounded_energy = 0.1;
+/// Limit of the energy drift of free bodies, as a fraction of energy_scale().
+constexpr double free_energy = 0.01;
+/// Limit of the momentum drift of bodies that touch nothing fixed, as a fraction of the momentum that they
+/// have with the energy energy_scale().
+constexpr double free_momentum = 0.01;
+/// Limit of the angle by which summed rotation turns a body's momentum in A4 and A5, rad.
+constexpr double warned_turn = 0.1;
 
 /// √(Σ m |Δv|² + Δω · I Δω) / √Σ m, m/s.
 double velocity_distance(const Scene& scene, const State& a, const State& b) {
@@ -38,145 +55,84 @@ double velocity_distance(const Scene& scene, const State& a, const State& b) {
 
 /// Returns the settings of A1 at h/n.
 Settings exact(const Settings& settings) {
-  Settings result;
-  result.algorithm = Algorithm::a1;
-  result.step = sub_step_of(settings);
-  return result;
+  return {.algorithm = Algorithm::a1, .step = sub_step_of(settings)};
 }
 
-/// Solves single (sub-)steps of a run's states again, as the run's algorithm does and as A1 does.
-class Judge {
- public:
-  Judge(const Scene& scene, const Settings& settings)
-      : scene_(scene), judged_(scene, single(settings)), exact_(scene, substep::exact(settings)) {}
-
-  double distance(const State& state) {
-    for (Simulation* const simulation : {&judged_, &exact_}) {
-      simulation->set_state(state);
-      if (simulation->step().status == StepReport::Status::diverged) return infinite;
-    }
-    return velocity_distance(scene_, judged_.state(), exact_.state());
-  }
-
- private:
-  /// Returns the settings of one sub-step as a step of its own.
-  static Settings single(Settings settings) {
-    settings.step = substep::exact(settings).step;
-    settings.substeps = 1;
-    return settings;
-  }
-
-  const Scene& scene_;
-  Simulation judged_;
-  Simulation exact_;
+/// A run's metrics, and its motion at the samples.
+struct Measurement {
+  Metrics metrics;
+  Motion motion;
 };
 
-/// Collects numbers and returns their largest and their RMS.
-class SpreadOf {
- public:
-  void add(double value) {
-    squares_ += value * value;
-    result_.largest = std::max(result_.largest, value);
-    ++count_;
-  }
-  Spread result() const {
-    Spread spread = result_;
-    if (count_ > 0) spread.rms = std::sqrt(squares_ / count_);
-    return spread;
-  }
-
- private:
-  double squares_ = 0;
-  int count_ = 0;
-  Spread result_;
-};
-
-/// Steps for `duration`; `at_sample` sees the time and the state of each sample.
-template <typename AtSample>
-Motion sampled(const Scene& scene, Stepper& stepper, double step, double interval, double duration,
-               Metrics* metrics, const AtSample& at_sample) {
+/// Steps for the scene's duration, and gathers what does not need the reference. `at_sample`, where there is
+/// one, receives the time and the state of each sample.
+Measurement sampled(const Scene& scene, Stepper& stepper, double step, double interval,
+                    const std::function<void(double, const State&)>& at_sample) {
   const Sampling sampling(step, interval);
-  Motion motion{interval * sampling.samples_between(), {stepper.state()}};
-  std::optional<Invariants> invariants;
-  std::optional<ExpectationMeter> expectations;
-  if (metrics) {
-    invariants.emplace(scene, stepper.state());
-    invariants->add(stepper.state(), 0, *metrics);
-    expectations.emplace(scene, stepper.state());
-  }
-  const auto samples = static_cast<int>(std::lround(duration / motion.interval));
+  Measurement run{{}, {interval * sampling.samples_between(), {stepper.state()}}};
+  Invariants invariants(scene, stepper.state());
+  invariants.add(stepper.state(), 0, run.metrics);
+  ExpectationMeter expectations(scene, stepper.state());
+  const auto samples = static_cast<int>(std::lround(scene.duration / run.motion.interval));
   for (int k = 1; k <= samples; ++k) {
     for (int i = 1; i <= sampling.steps_between(); ++i) {
+      const double time = (k - 1) * run.motion.interval + i * step;
       if (!stepper.step()) {
-        if (!metrics) return motion;
-        metrics->diverged = (k - 1) * motion.interval + i * step;
-        metrics->expected = expectations->figures(true);
-        return motion;
+        run.metrics.diverged = time;
+        run.metrics.expected = expectations.figures(true);
+        return run;
       }
-      if (invariants) invariants->follow(stepper.state(), step, *metrics);
-      if (expectations) {
-        const auto contacts = expectations->needs_contacts() ? stepper.contact_impulses() : std::nullopt;
-        expectations->add(stepper.state(), (k - 1) * motion.interval + i * step,
-                          contacts ? &*contacts : nullptr);
-      }
+      invariants.follow(stepper.state(), step, run.metrics);
+      const auto contacts = expectations.needs_contacts() ? stepper.contact_impulses() : std::nullopt;
+      expectations.add(stepper.state(), time, contacts ? &*contacts : nullptr);
     }
-    motion.samples.push_back(stepper.state());
-    if (invariants) invariants->add(stepper.state(), k * motion.interval, *metrics);
-    at_sample(k * motion.interval, stepper.state());
+    run.motion.samples.push_back(stepper.state());
+    invariants.add(stepper.state(), k * run.motion.interval, run.metrics);
+    if (at_sample) at_sample(k * run.motion.interval, stepper.state());
   }
-  if (expectations) metrics->expected = expectations->figures(false);
-  return motion;
+  run.metrics.expected = expectations.figures(false);
+  return run;
 }
 
-/// Returns `reference` at the instants of `motion`.
-Motion thinned(const Motion& reference, const Motion& motion) {
-  const auto every = static_cast<std::size_t>(std::lround(motion.interval / reference.interval));
-  if (every == 1) return reference;
-  Motion result{motion.interval, {}};
-  for (std::size_t k = 0; k < reference.samples.size(); k += every)
-    result.samples.push_back(reference.samples[k]);
+/// Returns the samples of `motion` at the instants of one with a larger interval.
+Motion thinned(const Motion& motion, double interval) {
+  const auto every = static_cast<std::size_t>(std::lround(interval / motion.interval));
+  Motion result{interval, {}};
+  for (std::size_t k = 0; k < motion.samples.size(); k += every) result.samples.push_back(motion.samples[k]);
   return result;
 }
 
-double whole_horizon(const Motion& motion, const ReferenceMotion& reference) {
-  return motion.interval * std::floor(reference.horizon / motion.interval + 1e-6);
+/// Returns the difference of two runs, whose steps may differ, until the reference's horizon.
+MotionDifference difference_to_horizon(const Scene& scene, const Motion& a, const Motion& b,
+                                       const ReferenceMotion& reference) {
+  const double interval = std::max(a.interval, b.interval);
+  const double horizon = interval * std::floor(reference.horizon / interval + 1e-6);
+  return difference(scene, thinned(a, interval), thinned(b, interval), horizon);
 }
 
 Motion motion_of(const Scene& scene, const Settings& settings, const ReferenceMotion& reference) {
+  const Sampling sampling(settings.step, reference.motion.interval);
   const auto stepper = algorithm_stepper(scene, settings);
-  return sampled(scene, *stepper, settings.step, reference.motion.interval, reference.horizon, nullptr,
-                 [](double, const State&) {});
-}
-
-/// Returns the difference of two runs, whose steps may differ.
-MotionDifference apart(const Scene& scene, const Motion& a, const Motion& b,
-                       const ReferenceMotion& reference) {
-  const Motion& coarse = a.interval > b.interval ? a : b;
-  return difference(scene, thinned(a, coarse), thinned(b, coarse), whole_horizon(coarse, reference));
+  Motion motion{reference.motion.interval * sampling.samples_between(), {stepper->state()}};
+  continue_motion(*stepper, sampling.steps_between(), std::lround(reference.horizon / motion.interval),
+                  motion);
+  return motion;
 }
 
 ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& motion,
                     const ReferenceMotion& reference) {
-  ErrorParts parts;
-  const auto from_reference = [&](const Motion& run) {
-    return difference(scene, run, thinned(reference.motion, run), whole_horizon(run, reference)).position.rms;
+  const auto distance = [&](const Motion& a, const Motion& b) {
+    return difference_to_horizon(scene, a, b, reference).position.rms;
   };
-  if (settings.algorithm == Algorithm::a1) {
-    parts.stepping = from_reference(motion);
-    return parts;
-  }
+  if (settings.algorithm == Algorithm::a1) return {distance(motion, reference.motion), {}, {}};
   const Motion direct = motion_of(scene, exact(settings), reference);
-  parts.stepping = from_reference(direct);
-  if (settings.algorithm <= Algorithm::a3 || !is_of_report(settings.algorithm)) {
-    parts.solver = apart(scene, motion, direct, reference).position.rms;
-    return parts;
-  }
+  const double stepping = distance(direct, reference.motion);
+  if (settings.algorithm <= Algorithm::a3 || !is_of_report(settings.algorithm))
+    return {stepping, distance(motion, direct), {}};
   Settings conceptual = settings;
   conceptual.algorithm = Algorithm::a3;
   const Motion a3 = motion_of(scene, conceptual, reference);
-  parts.solver = apart(scene, a3, direct, reference).position.rms;
-  parts.model = apart(scene, motion, a3, reference).position.rms;
-  return parts;
+  return {stepping, distance(a3, direct), distance(motion, a3)};
 }
 
 void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
@@ -190,6 +146,38 @@ void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics&
   });
   metrics.bounded =
       !metrics.diverged && is_near && is_bounded && (!stands(scene, reference) || metrics.moved <= most);
+}
+
+/// Runs the scene, and compares it with the reference.
+Measurement measured(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference,
+                     const std::function<void(double, const State&)>& at_sample) {
+  Measurement run = sampled(scene, stepper, step, reference.motion.interval, at_sample);
+  run.metrics.row_solves = stepper.row_solves();
+  run.metrics.error = difference_to_horizon(scene, run.motion, reference.motion, reference);
+  judge_bounds(scene, reference, run.metrics);
+  return run;
+}
+
+/// Returns a bound on the energy of correcting the violations of the start, J: each moving body is pushed by
+/// at most all of them in a row, against the weight of all.
+double energy_of_violations(const Scene& scene, double violation) {
+  double weight = 0;
+  int moving = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.inverse_mass == 0) continue;
+    weight += scene.gravity.norm() / body.inverse_mass;
+    ++moving;
+  }
+  return weight * moving * violation;
+}
+
+/// Returns the largest momentum of all bodies together with an energy, N·s.
+double momentum_scale(const Scene& scene, double energy) {
+  double mass = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.inverse_mass > 0) mass += 1 / body.inverse_mass;
+  }
+  return std::sqrt(2 * mass * energy);
 }
 
 }  // namespace
@@ -209,66 +197,118 @@ bool stands(const Scene& scene, const ReferenceMotion& reference) {
       [&](const State& state) { return moved(scene, samples.front(), state) <= most; });
 }
 
-struct PenetrationMeter::Implementation {
-  explicit Implementation(const Scene& s) : model(build_model(s)), finder(s, model) {}
-  Model model;
-  ContactFinder finder;
-};
-
-PenetrationMeter::PenetrationMeter(const Scene& scene)
-    : implementation_(std::make_unique<Implementation>(scene)) {}
-PenetrationMeter::~PenetrationMeter() = default;
-
-double PenetrationMeter::depth(const State& state) {
-  return std::ranges::max(depths(state));
-}
-
-std::vector<double> PenetrationMeter::depths(const State& state) {
-  std::vector<double> deepest(state.q.size(), 0);
-  if (!implementation_->model.contacts) return deepest;
-  for (const Contact& contact : implementation_->finder.find(state, 0, 1)) {
-    const Coordinates& a = state.q[contact.a];
-    const Coordinates& b = state.q[contact.b];
-    const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
-    const double depth = -apart.dot(b.angular * contact.normal_b);
-    for (const int body : {contact.a, contact.b}) deepest[body] = std::max(deepest[body], depth);
-  }
-  return deepest;
-}
-
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference) {
   const DefaultFloatingPoint environment;
-  Metrics metrics;
-  const Motion motion = sampled(scene, stepper, step, reference.motion.interval, scene.duration, &metrics,
-                                [](double, const State&) {});
-  metrics.row_solves = stepper.row_solves();
-  metrics.error =
-      difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
-  judge_bounds(scene, reference, metrics);
-  return metrics;
+  return measured(scene, stepper, step, reference, {}).metrics;
 }
 
 Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference, bool parts) {
   const DefaultFloatingPoint environment;
-  Metrics metrics;
   const auto stepper = algorithm_stepper(scene, settings);
-  Judge judge(scene, settings);
-  SpreadOf residual;
+  if (!parts) return measured(scene, *stepper, settings.step, reference, {}).metrics;
+  Settings one_substep = settings;
+  one_substep.step = sub_step_of(settings);
+  one_substep.substeps = 1;
+  Simulation judged(scene, one_substep);
+  Simulation direct(scene, exact(settings));
+  SpreadMeter residual;
   const double interval = std::max(settings.step, reference.motion.interval);
   const int every = 1 + static_cast<int>(reference.horizon / interval / 60);
   int sample = 0;
-  const Motion motion = sampled(scene, *stepper, settings.step, reference.motion.interval, scene.duration,
-                                &metrics, [&](double time, const State& state) {
-                                  if (!parts || time > reference.horizon || ++sample % every != 0) return;
-                                  residual.add(judge.distance(state));
-                                });
+  // Solve a (sub-)step of the sample's state again, as the run's algorithm does and as A1 does.
+  const auto add_residual = [&](double time, const State& state) {
+    if (time > reference.horizon || ++sample % every != 0) return;
+    bool diverged = false;
+    for (Simulation* const simulation : {&judged, &direct}) {
+      simulation->set_state(state);
+      diverged = diverged || simulation->step().status == StepReport::Status::diverged;
+    }
+    residual.add(diverged ? infinite : velocity_distance(scene, judged.state(), direct.state()));
+  };
+  auto [metrics, motion] = measured(scene, *stepper, settings.step, reference, add_residual);
   metrics.residual = residual.result();
-  metrics.row_solves = stepper->row_solves();
-  metrics.error =
-      difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
-  if (parts) metrics.parts = parts_of(scene, settings, motion, reference);
-  judge_bounds(scene, reference, metrics);
+  metrics.parts = parts_of(scene, settings, motion, reference);
   return metrics;
+}
+
+bool is_driven(const Scene& scene) {
+  const auto is_motor = [](const JointDrive& drive) {
+    return drive.acceleration || drive.velocity_target != 0;
+  };
+  const auto moves_by_itself = [](const Body& body) {
+    return body.inverse_mass == 0 &&
+           (body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero());
+  };
+  return std::ranges::any_of(
+             scene.joints, [&](const Joint& joint) { return std::ranges::any_of(joint.drives, is_motor); }) ||
+         std::ranges::any_of(scene.bodies, moves_by_itself);
+}
+
+std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
+  std::vector<Violation> result;
+  const auto check = [&result](const char* what, double value, const char* unit, double most,
+                               Severity severity) {
+    if (value <= most) return;
+    result.push_back({fmt::format("{} {:.3g} {}, above {:.3g} {}", what, value, unit, most, unit), severity});
+  };
+  const double most = bounded_violation * smallest_body_of(scene);
+  const double size = size_of(scene);
+  const State start = initial_state(scene);
+  const double gap = JointGapMeter(scene).gap(start);
+  const double depth = PenetrationMeter(scene).depth(start);
+
+  // The largest gap counts once, as the worst that it is.
+  if (metrics.joint_gap > gap + size) {
+    check("joint gap", metrics.joint_gap, "m", gap + size, Severity::torn);
+  } else if (metrics.joint_gap > gap + most) {
+    check("joint gap", metrics.joint_gap, "m", gap + most, Severity::unbounded);
+  } else {
+    check("joint gap", metrics.joint_gap, "m", gap + warned_gap * size, Severity::warning);
+  }
+  check("penetration", metrics.penetration, "m", depth + most, Severity::unbounded);
+  for (const std::string& passage : metrics.passages) result.push_back({passage, Severity::warning});
+
+  const double scale = energy_scale(scene);
+  const Model model = build_model(scene);
+  if (!is_driven(scene)) {
+    check(
+        "energy growth", metrics.energy_growth, "J",
+        bounded_energy * scale + energy_of_violations(scene, gap + depth) + energy_of_springs(model, start.q),
+        Severity::unbounded);
+    if (is_rigid(model)) {
+      const bool is_free = model.locks.empty() && model.limits.empty();
+      check(is_free ? "energy drift" : "energy loss",
+            is_free ? std::max(metrics.energy_growth, -metrics.energy_change) : -metrics.energy_change, "J",
+            (is_free ? free_energy : bounded_energy) * scale, Severity::warning);
+    }
+  }
+  const double momentum = momentum_scale(scene, scale);
+  check("momentum drift", metrics.momentum.value_or(0), "N·s", free_momentum * momentum, Severity::warning);
+  check("angular momentum drift", metrics.angular_momentum.value_or(0), "N·m·s",
+        free_momentum * momentum * size / 2, Severity::warning);
+  return result;
+}
+
+std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics) {
+  std::vector<Violation> result = violations(scene, metrics);
+  if (const std::string doubt = doubt_about_substeps(scene, settings); !doubt.empty())
+    result.push_back({doubt, Severity::warning});
+  const bool is_summed = settings.algorithm == Algorithm::a4 || settings.algorithm == Algorithm::a5;
+  if (is_summed && metrics.summed_turn > warned_turn) {
+    result.push_back(
+        {fmt::format("summed rotation turns a body's momentum by up to {:.2g} rad, above {:g} rad",
+                     metrics.summed_turn, warned_turn),
+         Severity::warning});
+  }
+  return result;
+}
+
+std::string joined(const std::vector<Violation>& violations) {
+  std::string text;
+  for (const Violation& violation : violations) {
+    text += fmt::format("{}{}", text.empty() ? "" : "; ", violation.text);
+  }
+  return text;
 }
 
 }  // namespace substep

@@ -1,14 +1,15 @@
 #pragma once
-/// The metrics of one run of a scene: errors against the reference and their parts, invariants, and cost.
+/// The metrics of one run of a scene: errors against the reference and their parts, invariants, and cost; and
+/// the messages about a run that went wrong.
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/measure/expectations.h"
 #include "sim/measure/motion.h"
+#include "sim/model/settings.h"
 
 namespace substep {
 
@@ -64,20 +65,28 @@ Metrics measure(const Scene& scene, Stepper& stepper, double step, const Referen
 /// True where all bodies start at rest and stay at rest in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference);
 
-/// Measures the deepest overlap of two colliders that can meet, m.
-class PenetrationMeter {
- public:
-  explicit PenetrationMeter(const Scene& scene);
-  ~PenetrationMeter();
-  PenetrationMeter(const PenetrationMeter&) = delete;
-  PenetrationMeter& operator=(const PenetrationMeter&) = delete;
-  double depth(const State& state);
-  /// Returns the deepest overlap of each body's colliders, by body.
-  std::vector<double> depths(const State& state);
-
- private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+struct Violation {
+  enum class Severity {
+    warning,    ///< printed; an error with --strict
+    unbounded,  ///< the same, and the run is not bounded
+    torn,       ///< always an error: a joint gap larger than the scene
+  };
+  std::string text;  ///< "joint gap 0.56 m, above 0.05 m"
+  Severity severity;
 };
+
+/// True where a motor or a moving kinematic body can add energy. A drive that holds a position is a spring,
+/// except one per unit of mass, which counts as a motor.
+bool is_driven(const Scene& scene);
+
+/// Returns the violations that no motion of the scene has. Gaps, penetrations and energies count beyond the
+/// start's own.
+std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
+
+/// Returns these and violations by the settings: see doubt_about_substeps() and Metrics::summed_turn.
+std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics);
+
+/// Returns the violations' texts, separated by semicolons.
+std::string joined(const std::vector<Violation>& violations);
 
 }  // namespace substep

@@ -1,46 +1,77 @@
-#include "sim/measure/metrics_json.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
 #include <utility>
 
 #include "sim/error.h"
+#include "sim/measure/json.h"
+#include "sim/measure/metrics.h"
+#include "sim/measure/stepper.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-Json number(const std::optional<double>& value) {
-  return value ? number(*value) : Json("none");
-}
-Json spread(const Spread& value) {
-  return {{"rms", number(value.rms)}, {"largest", number(value.largest)}};
+/// Calls `field` with each key of the JSON and its member of Metrics.
+template <typename SomeMetrics, typename Field>
+void for_each_metric(SomeMetrics& x, const Field& field) {
+  field("position", x.error.position);
+  field("orientation", x.error.orientation);
+  field("stepping_error", x.parts.stepping);
+  field("solver_error", x.parts.solver);
+  field("model_error", x.parts.model);
+  field("residual", x.residual);
+  field("row_solves", x.row_solves);
+  field("joint_gap", x.joint_gap);
+  field("penetration", x.penetration);
+  field("energy_change", x.energy_change);
+  field("energy_growth", x.energy_growth);
+  field("energy_scale", x.energy_scale);
+  field("moved", x.moved);
+  field("momentum", x.momentum);
+  field("angular_momentum", x.angular_momentum);
+  field("passages", x.passages);
+  field("diverged", x.diverged);
+  field("bounded", x.bounded);
+  field("expected", x.expected);
 }
 
-double number_in(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
-}
-std::optional<double> optional_in(const Json& json) {
-  if (json.is_string()) return std::nullopt;
-  return number_in(json);
-}
-Spread spread_in(const Json& json) {
-  return {number_in(json.at("rms")), number_in(json.at("largest"))};
+/// Calls `field` with each key of the JSON and its member of RunTimes.
+template <typename SomeTimes, typename Field>
+void for_each_time(SomeTimes& t, const Field& field) {
+  field("median", t.median);
+  field("smallest", t.smallest);
+  field("largest", t.largest);
+  field("repetitions", t.repetitions);
+  field("s1", t.stages.geometry);
+  field("s2", t.stages.formulation);
+  field("s3", t.stages.velocities);
+  field("s4", t.stages.coordinates);
 }
 
 constexpr std::array bounds{std::pair{Bound::equal, "value"}, std::pair{Bound::at_most, "at_most"},
                             std::pair{Bound::at_least, "at_least"}};
 
-Json figures(const std::vector<ExpectedFigure>& expected) {
+template <typename Value>
+Json value_json(const Value& value) {
+  return value;
+}
+Json value_json(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json value_json(const std::optional<double>& value) {
+  return value ? value_json(*value) : Json("none");
+}
+Json value_json(const Spread& value) {
+  return {{"rms", value_json(value.rms)}, {"largest", value_json(value.largest)}};
+}
+Json value_json(const std::vector<ExpectedFigure>& expected) {
   Json list = Json::array();
   for (const ExpectedFigure& x : expected) {
     const auto* const bound = std::ranges::find(bounds, x.bound, [](const auto& pair) { return pair.first; });
@@ -48,102 +79,120 @@ Json figures(const std::vector<ExpectedFigure>& expected) {
                     {"unit", x.unit},
                     {bound->second, x.expected},
                     {"tolerance", x.tolerance},
-                    {"measured", number(x.measured)},
-                    {"error", number(x.error())}});
+                    {"measured", value_json(x.measured)},
+                    {"error", value_json(x.error())}});
   }
   return list;
 }
 
-std::vector<ExpectedFigure> figures_in(const Json& list) {
-  std::vector<ExpectedFigure> figures;
+template <typename Value>
+void read(const Json& json, Value& value) {
+  json.get_to(value);
+}
+void read(const Json& json, double& value) {
+  value = json.is_null() ? infinite : json.get<double>();
+}
+void read(const Json& json, std::optional<double>& value) {
+  if (!json.is_string()) read(json, value.emplace());
+}
+void read(const Json& json, Spread& value) {
+  read(json.at("rms"), value.rms);
+  read(json.at("largest"), value.largest);
+}
+void read(const Json& list, std::vector<ExpectedFigure>& expected) {
   for (const Json& json : list) {
-    ExpectedFigure x;
-    x.name = json.at("name").get<std::string>();
-    x.unit = json.at("unit").get<std::string>();
+    ExpectedFigure& x = expected.emplace_back();
+    json.at("name").get_to(x.name);
+    json.at("unit").get_to(x.unit);
     for (const auto& [bound, key] : bounds) {
       if (!json.contains(key)) continue;
       x.bound = bound;
-      x.expected = json.at(key).get<double>();
+      json.at(key).get_to(x.expected);
     }
-    x.tolerance = json.at("tolerance").get<double>();
-    x.measured = number_in(json.at("measured"));
-    figures.push_back(std::move(x));
+    json.at("tolerance").get_to(x.tolerance);
+    read(json.at("measured"), x.measured);
   }
-  return figures;
 }
 
-template <typename Read>
-auto reading(const Json& json, const Read& read) {
-  try {
-    return read(json);
-  } catch (const Json::exception& error) {
-    throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
-  }
+/// Returns a function that sets a member of an object from its key in `json`.
+auto reader_of(const Json& json) {
+  return [&json](const char* key, auto& value) {
+    try {
+      read(json.at(key), value);
+    } catch (const Json::exception& error) {
+      throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
+    }
+  };
+}
+
+/// Returns a function that sets a key of `json` from a member of an object.
+auto writer_to(Json& json) {
+  return [&json](const char* key, const auto& value) { json[key] = value_json(value); };
 }
 
 }  // namespace
 
-Json to_json(const Metrics& x) {
-  return {{"position", spread(x.error.position)},
-          {"orientation", spread(x.error.orientation)},
-          {"stepping_error", number(x.parts.stepping)},
-          {"solver_error", number(x.parts.solver)},
-          {"model_error", number(x.parts.model)},
-          {"residual", spread(x.residual)},
-          {"row_solves", x.row_solves},
-          {"joint_gap", number(x.joint_gap)},
-          {"penetration", number(x.penetration)},
-          {"energy_change", number(x.energy_change)},
-          {"energy_growth", number(x.energy_growth)},
-          {"energy_scale", number(x.energy_scale)},
-          {"moved", number(x.moved)},
-          {"momentum", number(x.momentum)},
-          {"angular_momentum", number(x.angular_momentum)},
-          {"passages", x.passages},
-          {"diverged", number(x.diverged)},
-          {"bounded", x.bounded},
-          {"expected", figures(x.expected)}};
+Json to_json(const Metrics& metrics) {
+  Json json;
+  for_each_metric(metrics, writer_to(json));
+  return json;
 }
 
 Metrics metrics_in(const Json& json) {
-  return reading(json, [](const Json& j) {
-    Metrics x;
-    x.error = {spread_in(j.at("position")), spread_in(j.at("orientation"))};
-    x.parts = {number_in(j.at("stepping_error")), optional_in(j.at("solver_error")),
-               optional_in(j.at("model_error"))};
-    x.residual = spread_in(j.at("residual"));
-    x.row_solves = j.at("row_solves").get<std::int64_t>();
-    x.joint_gap = number_in(j.at("joint_gap"));
-    x.penetration = number_in(j.at("penetration"));
-    x.energy_change = number_in(j.at("energy_change"));
-    x.energy_growth = number_in(j.at("energy_growth"));
-    x.energy_scale = number_in(j.at("energy_scale"));
-    x.moved = number_in(j.at("moved"));
-    x.momentum = optional_in(j.at("momentum"));
-    x.angular_momentum = optional_in(j.at("angular_momentum"));
-    x.passages = j.at("passages").get<std::vector<std::string>>();
-    x.diverged = optional_in(j.at("diverged"));
-    x.bounded = j.at("bounded").get<bool>();
-    x.expected = figures_in(j.at("expected"));
-    return x;
-  });
+  Metrics metrics;
+  for_each_metric(metrics, reader_of(json));
+  return metrics;
 }
 
-Json to_json(const RunTimes& t) {
-  return {{"median", t.median},           {"smallest", t.smallest},    {"largest", t.largest},
-          {"repetitions", t.repetitions}, {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
-          {"s3", t.stages.velocities},    {"s4", t.stages.coordinates}};
+Json to_json(const RunTimes& times) {
+  Json json;
+  for_each_time(times, writer_to(json));
+  return json;
 }
 
 RunTimes times_in(const Json& json) {
-  return reading(json, [](const Json& j) {
-    return RunTimes{j.at("median").get<double>(),
-                    j.at("smallest").get<double>(),
-                    j.at("largest").get<double>(),
-                    j.at("repetitions").get<int>(),
-                    {j.at("s1").get<double>(), j.at("s2").get<double>(), j.at("s3").get<double>(),
-                     j.at("s4").get<double>()}};
-  });
+  RunTimes times;
+  for_each_time(times, reader_of(json));
+  return times;
+}
+
+Json to_json(const Settings& settings) {
+  Json json;
+  for (const SettingsField& field : settings_fields) {
+    if (field.is_left_out(settings)) continue;
+    std::visit(
+        [&](auto member) {
+          const auto value = settings.*member;
+          if constexpr (std::is_enum_v<std::remove_const_t<decltype(value)>>) {
+            json[std::string(field.name)] = name(value);
+          } else {
+            json[std::string(field.name)] = value;
+          }
+        },
+        field.member);
+  }
+  return json;
+}
+
+Settings settings_in(const Json& json) {
+  Settings settings;
+  for (const SettingsField& field : settings_fields) {
+    // Read older files, which lack the field, with its default.
+    const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
+    if (may_lack && !json.contains(std::string(field.name))) continue;
+    const Json& value = json.at(std::string(field.name));
+    std::visit(
+        [&](auto member) {
+          if constexpr (std::is_enum_v<std::remove_reference_t<decltype(settings.*member)>>) {
+            if (set(settings, field, value.get<std::string>())) return;
+            throw Error(fmt::format("'{}' must be {}", field.name, kind_of(field)));
+          } else {
+            value.get_to(settings.*member);
+          }
+        },
+        field.member);
+  }
+  return settings;
 }
 
 }  // namespace substep

@@ -40,12 +40,12 @@ TextTable errors_of(const SceneMeasurement& m) {
                   {}};
   for (const MeasuredSettings& run : m.runs) {
     const Metrics& x = run.metrics;
-    table.rows.push_back({label(run), error_number(x.error.position.rms, m.reference.uncertainty),
+    table.rows.push_back({label(run), error_number(x.error.position.rms, m.reference.uncertainty().position),
                           short_number(x.error.position.rms / m.size),
-                          error_number(x.error.position.largest, m.reference.uncertainty),
-                          error_number(x.error.orientation.rms, m.reference.turn_uncertainty),
-                          error_number(x.error.orientation.largest, m.reference.turn_uncertainty),
-                          error_number(x.parts.stepping, m.reference.uncertainty),
+                          error_number(x.error.position.largest, m.reference.uncertainty().position),
+                          error_number(x.error.orientation.rms, m.reference.uncertainty().turn),
+                          error_number(x.error.orientation.largest, m.reference.uncertainty().turn),
+                          error_number(x.parts.stepping, m.reference.uncertainty().position),
                           optional_number(x.parts.solver), optional_number(x.parts.model),
                           short_number(x.residual.rms), std::to_string(x.row_solves)});
   }
@@ -131,7 +131,7 @@ std::string heading(const SceneMeasurement& m) {
       "{}: {}\nReference: {}; turns are uncertain by {} rad. Errors are until then, over all moving\nbodies; "
       "≈: "
       "less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
-      m.scene, m.modelled, reference_text(m.reference), short_number(m.reference.turn_uncertainty), m.size,
+      m.scene, m.modelled, reference_text(m.reference), short_number(m.reference.uncertainty().turn), m.size,
       m.duration);
 }
 
@@ -235,7 +235,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
   if (!m.stands && m.reference.horizon > 0) {
     add(0, settings_in_rows ? fmt::format("RMS error to {:.3g} s, m", m.reference.horizon) : "RMS error, m",
         [&m](const MeasuredSettings& run) {
-          return error_number(run.metrics.error.position.rms, m.reference.uncertainty);
+          return error_number(run.metrics.error.position.rms, m.reference.uncertainty().position);
         });
   }
   const auto touches = [](const MeasuredSettings& run) {
@@ -243,7 +243,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
   };
   if (std::ranges::none_of(m.runs, touches)) {
     add(0, "RMS turn, rad", [&m](const MeasuredSettings& run) {
-      return error_number(run.metrics.error.orientation.rms, m.reference.turn_uncertainty);
+      return error_number(run.metrics.error.orientation.rms, m.reference.uncertainty().turn);
     });
   }
   add_positive(0, "joint gap, m", &Metrics::joint_gap);
@@ -365,8 +365,8 @@ std::string reference_text(const ReferenceMotion& reference, bool names_method) 
                        reference.divergence_point);
   }
   std::string text = names_method ? reference.method + ", " : "";
-  text +=
-      fmt::format("uncertain by {} m until {:.3g} s", short_number(reference.uncertainty), reference.horizon);
+  text += fmt::format("uncertain by {} m until {:.3g} s", short_number(reference.uncertainty().position),
+                      reference.horizon);
   if (!reference.divergence_point.empty())
     text += fmt::format(", when {} diverges", reference.divergence_point);
   return text;

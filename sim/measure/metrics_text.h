@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/measure/metrics.h"
-#include "sim/measure/stage_times.h"
+#include "sim/measure/stepper.h"
 #include "sim/measure/text_table.h"
 
 namespace substep {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 
 #include "sim/direct/mlcp.h"
@@ -12,7 +11,6 @@
 #include "sim/execution/parallel_for.h"
 #include "sim/math/floating_point.h"
 #include "sim/math/rotation.h"
-#include "sim/measure/reference_integrator.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
@@ -21,39 +19,7 @@ namespace {
 
 constexpr double agreement = 2e-5;  // of the scene's size
 
-/// A run of A1 at a part of the scene's step, which continues where it stopped.
-class RunOfA1 {
- public:
-  RunOfA1(const Scene& scene, int divisions)
-      : divisions_(divisions), simulation_(scene, settings_of(scene, divisions)) {
-    motion_ = {scene.step, {simulation_.state()}};
-  }
-  const Motion& motion() const { return motion_; }
-
-  /// Simulates until the motion has the sample, or diverges.
-  void continue_to(std::size_t sample) {
-    while (!has_diverged_ && motion_.samples.size() <= sample) {
-      for (int i = 0; i < divisions_ && !has_diverged_; ++i)
-        has_diverged_ = simulation_.step().status == StepReport::Status::diverged;
-      if (!has_diverged_) motion_.samples.push_back(simulation_.state());
-    }
-  }
-
- private:
-  static Settings settings_of(const Scene& scene, int divisions) {
-    Settings settings;
-    settings.algorithm = Algorithm::a1;
-    settings.step = scene.step / divisions;
-    return settings;
-  }
-
-  int divisions_;
-  Simulation simulation_;
-  Motion motion_;
-  bool has_diverged_ = false;
-};
-
-/// fine + (fine − coarse) / (2^order − 1), sample by sample.
+/// Returns fine + (fine − coarse) / (2^order − 1), sample by sample.
 Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
   const double weight = 1 / (std::ldexp(1.0, order) - 1);
   Motion result{fine.interval, {}};
@@ -76,27 +42,33 @@ Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
   return result;
 }
 
-/// The time for which two motions agree, and their largest distance until then.
+/// Returns an uncertainty as a length: a turn counts as the way of a point half the scene's size away.
+double length_of(const Uncertainty& uncertainty, double size) {
+  return std::max(uncertainty.position, uncertainty.turn * size / 2);
+}
+
+Uncertainty larger_of(const Uncertainty& one, const Uncertainty& other) {
+  return {std::max(one.position, other.position), std::max(one.turn, other.turn)};
+}
+
+/// The samples for which two motions agree, and their largest distance until then.
 struct Agreement {
   std::size_t samples = 0;
-  double distance = 0;                ///< m
-  double turn = 0;                    ///< rad
-  int divergence_point = world_body;  ///< of the samples' end: the body that is then furthest apart
-
-  /// A turn counts as the way of a point half the scene's size away.
-  double whole(double size) const { return std::max(distance, turn * size / 2); }
+  Uncertainty distance;
+  int divergence_point = world_body;  ///< at the samples' end: the body that is then furthest apart
 };
 
-/// Largest distances of a body between two samples.
+/// Returns the largest distances of a body between two samples; infinite where they are not finite.
 Agreement distance(const Scene& scene, const State& a, const State& b, double size) {
   Agreement result;
   for (std::size_t i = 1; i < a.q.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
-    if (!(std::max(d, turn * size / 2) <= result.whole(size))) result.divergence_point = static_cast<int>(i);
-    result.distance = std::isfinite(d) ? std::max(result.distance, d) : infinite;
-    result.turn = std::isfinite(turn) ? std::max(result.turn, turn) : infinite;
+    const Uncertainty now{std::isfinite(d) ? d : infinite, std::isfinite(turn) ? turn : infinite};
+    if (length_of(now, size) > length_of(result.distance, size))
+      result.divergence_point = static_cast<int>(i);
+    result.distance = larger_of(result.distance, now);
   }
   return result;
 }
@@ -106,36 +78,33 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
   const std::size_t count = std::min(a.samples.size(), b.samples.size());
   for (std::size_t k = 0; k < count; ++k) {
     const Agreement now = distance(scene, a.samples[k], b.samples[k], size);
-    if (!(now.whole(size) <= agreement * size)) {
+    if (length_of(now.distance, size) > agreement * size) {
       result.divergence_point = now.divergence_point;
       break;
     }
-    result = {k, std::max(result.distance, now.distance), std::max(result.turn, now.turn)};
+    result = {k, larger_of(result.distance, now.distance)};
   }
   return result;
 }
 
-/// Largest distances of two motions until each of `samples`, the first included; infinite where one has
-/// ended.
+/// Returns the largest distances of two motions until each of `samples`, the first included; infinite where
+/// one has ended.
 std::vector<Uncertainty> differences(const Scene& scene, const Motion& a, const Motion& b,
                                      std::size_t samples) {
   std::vector<Uncertainty> result(samples + 1);
   const double size = size_of(scene);
   for (std::size_t k = 1; k <= samples; ++k) {
     const bool both = k < std::min(a.samples.size(), b.samples.size());
-    const Agreement now = both ? distance(scene, a.samples[k], b.samples[k], size)
-                               : Agreement{.distance = infinite, .turn = infinite};
-    result[k] = {std::max(result[k - 1].position, now.distance), std::max(result[k - 1].turn, now.turn)};
+    result[k] = larger_of(result[k - 1], both ? distance(scene, a.samples[k], b.samples[k], size).distance
+                                              : Uncertainty{infinite, infinite});
   }
   return result;
 }
 
-/// At each instant of `one`; `other` may end earlier.
+/// Returns the larger uncertainty at each instant of `one`; `other` may end earlier.
 std::vector<Uncertainty> larger_of(std::vector<Uncertainty> one, const std::vector<Uncertainty>& other) {
-  for (std::size_t k = 0; k < one.size(); ++k) {
-    const Uncertainty& more = other[std::min(k, other.size() - 1)];
-    one[k] = {std::max(one[k].position, more.position), std::max(one[k].turn, more.turn)};
-  }
+  for (std::size_t k = 0; k < one.size(); ++k)
+    one[k] = larger_of(one[k], other[std::min(k, other.size() - 1)]);
   return one;
 }
 
@@ -145,49 +114,41 @@ std::vector<Uncertainty> larger_of(std::vector<Uncertainty> one, const std::vect
 std::vector<Uncertainty> unseen(const Scene& scene, const Motion& motion, std::size_t samples, double step) {
   constexpr double part = 4 * MlcpSolver::tolerance;
   const double jumps = 2 * step * step / motion.interval;
-  const auto largest = [&](const auto& value) {
-    double result = 0;
+  const auto largest = [&](const auto& velocity_of) {
+    Uncertainty result;
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-      if (scene.bodies[i].inverse_mass > 0) result = std::max(result, value(i).norm());
+      if (scene.bodies[i].inverse_mass == 0) continue;
+      const Velocity v = velocity_of(i);
+      result = larger_of(result, {v.linear.norm(), v.angular.norm()});
     }
     return result;
   };
   std::vector<Uncertainty> result(samples + 1);
-  const auto velocities = [&](std::size_t k) -> const std::vector<Velocity>& { return motion.samples[k].v; };
-  const std::size_t last = motion.samples.size() - 1;
   for (std::size_t k = 1; k <= samples; ++k) {
-    result[k] = result[k - 1];
-    result[k].position += part * motion.interval * largest([&](auto i) { return velocities(k)[i].linear; });
-    result[k].turn += part * motion.interval * largest([&](auto i) { return velocities(k)[i].angular; });
-    // A jump late in an interval is seen in the next one.
-    if (const std::size_t j = k + 1; j <= last) {
-      const auto& now = velocities(j);
-      const auto& before = velocities(j - 1);
-      const auto& earlier = velocities(j - 2);
-      result[k].position += jumps * largest([&](auto i) {
-                              return Vector3(now[i].linear - 2 * before[i].linear + earlier[i].linear);
-                            });
-      result[k].turn += jumps * largest([&](auto i) {
-                          return Vector3(now[i].angular - 2 * before[i].angular + earlier[i].angular);
-                        });
-    }
+    const Uncertainty speed = largest([&](auto i) { return motion.samples[k].v[i]; });
+    result[k].position = result[k - 1].position + part * motion.interval * speed.position;
+    result[k].turn = result[k - 1].turn + part * motion.interval * speed.turn;
+    // Look for a jump in the next interval, too, which shows one that is late in this interval.
+    if (k + 1 == motion.samples.size()) continue;
+    const Uncertainty jump = largest([&](auto i) -> Velocity {
+      const Velocity& now = motion.samples[k + 1].v[i];
+      const Velocity& before = motion.samples[k].v[i];
+      const Velocity& earlier = motion.samples[k - 1].v[i];
+      return {now.linear - 2 * before.linear + earlier.linear,
+              now.angular - 2 * before.angular + earlier.angular};
+    });
+    result[k].position += jumps * jump.position;
+    result[k].turn += jumps * jump.turn;
   }
   return result;
-}
-
-/// Takes over what is known of the motion's uncertainty, until its horizon.
-void set_uncertainties(std::vector<Uncertainty> uncertainties, ReferenceMotion& reference) {
-  reference.uncertainty = uncertainties.back().position;
-  reference.turn_uncertainty = uncertainties.back().turn;
-  reference.uncertainties = std::move(uncertainties);
 }
 
 std::string name_of(const Scene& scene, int body) {
   return body == world_body ? "" : scene.bodies[body].name;
 }
 
-/// Halvings of the scene's step that the finest level has: as many as a few seconds of computing allow,
-/// counted in rows and not by the clock, so that every machine takes the same.
+/// Returns the halvings of the scene's step that the finest level has: as many as a few seconds of computing
+/// allow, counted in rows and not by the clock, so that every machine takes the same.
 int finest_level(const Scene& scene, double duration) {
   Settings settings;
   settings.algorithm = Algorithm::a1;
@@ -195,8 +156,8 @@ int finest_level(const Scene& scene, double duration) {
   Simulation simulation(scene, settings);
   const StepReport& report = simulation.step();
   const bool joints_alone = report.contacts == 0 && !build_model(scene).contacts;
-  // A row with limits costs A1 more than one without; measured, 0.3 µs against 0.1 µs. Where many active sets
-  // are tried, as in walls and card houses, it is these that cost.
+  // A row with limits costs A1 more than one without: we measured 0.3 µs against 0.1 µs. In walls and card
+  // houses the many active sets cost most.
   const double rows =
       std::max((report.rows + 3) * (joints_alone ? 1.0 : 3.0), static_cast<double>(report.row_solves));
   constexpr double budget = 8e6;
@@ -205,19 +166,8 @@ int finest_level(const Scene& scene, double duration) {
   return level;
 }
 
-/// The instants of the scene's steps, until it cannot go on.
-Motion run_of_stepper(const Scene& scene, Stepper& stepper, int divisions, std::size_t samples) {
-  Motion motion{scene.step, {stepper.state()}};
-  bool goes_on = true;
-  while (goes_on && motion.samples.size() <= samples) {
-    for (int i = 0; goes_on && i < divisions; ++i) goes_on = stepper.step();
-    if (goes_on) motion.samples.push_back(stepper.state());
-  }
-  return motion;
-}
-
-/// Returns the smooth part of the motion; see reference_integrator.h. `why_not` receives the reason where the
-/// motion is incomplete, except for contacts.
+/// Returns the smooth part of the motion; see reference_integrator.cpp. `why_not` receives the reason where
+/// the motion is incomplete, except for contacts.
 ReferenceMotion smooth_reference(const Scene& scene, double duration, std::string& why_not) {
   constexpr int order = 12;
   constexpr int usually_finest = 64;
@@ -237,25 +187,26 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
       why_not = error.what();
       return reference;
     }
-    Motion fine = run_of_stepper(scene, *stepper, divisions, samples);
+    Motion fine{scene.step, {stepper->state()}};
+    continue_motion(*stepper, divisions, samples, fine);
     row_solves = stepper->row_solves();
     const Agreement agreed = agreement_of(scene, coarse, fine, size);
     std::vector<Uncertainty> moved = differences(scene, coarse, fine, agreed.samples);
     coarse = std::move(fine);
     if (divisions == 2) continue;
     const double horizon = static_cast<double>(agreed.samples) * scene.step;
-    const double whole = agreed.whole(size);
-    // Until it is rounding: smaller steps then bring no less.
+    const double whole = length_of(agreed.distance, size);
+    // Halve the steps until the difference is rounding, which smaller steps do not reduce.
     if (horizon > reference.horizon || (horizon == reference.horizon && whole < least)) {
       least = whole;
       reference = {.motion = coarse,
                    .method = fmt::format("own of order {} at h/{}", order, divisions),
                    .horizon = horizon,
-                   .divergence_point = name_of(scene, agreed.divergence_point)};
-      set_uncertainties(std::move(moved), reference);
+                   .divergence_point = name_of(scene, agreed.divergence_point),
+                   .uncertainties = std::move(moved)};
     } else if (reference.horizon > 0) {
       // The movement by this refinement is also the error of the one before.
-      set_uncertainties(larger_of(reference.uncertainties, moved), reference);
+      reference.uncertainties = larger_of(reference.uncertainties, moved);
       break;
     }
     if (agreed.samples == samples && whole < 1e-11 * size) break;
@@ -267,6 +218,13 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
   return reference;
 }
 
+/// A run of A1 at a part of the scene's step.
+struct Refinement {
+  int divisions;
+  std::unique_ptr<Stepper> stepper;
+  Motion motion;
+};
+
 /// Romberg's table of levels of which each has half the step of the one before: the last row and the row
 /// before it, and the column in which the two agree longest.
 struct RombergTable {
@@ -275,10 +233,10 @@ struct RombergTable {
   std::size_t column = 0;
   Agreement agreed;
 
-  RombergTable(const Scene& scene, const std::vector<std::unique_ptr<RunOfA1>>& coarse_to_fine) {
-    for (const auto& run : coarse_to_fine) {
+  RombergTable(const Scene& scene, const std::vector<Refinement>& coarse_to_fine) {
+    for (const Refinement& run : coarse_to_fine) {
       before = std::move(row);
-      row = {run->motion()};
+      row = {run.motion};
       for (std::size_t k = 0; k < before.size(); ++k)
         row.push_back(extrapolated(before[k], row[k], static_cast<int>(k) + 1));
     }
@@ -287,7 +245,8 @@ struct RombergTable {
     for (std::size_t k = 1; k < before.size(); ++k) {
       const Agreement candidate = agreement_of(scene, before[k], row[k], size);
       if (candidate.samples > agreed.samples ||
-          (candidate.samples == agreed.samples && candidate.whole(size) < agreed.whole(size))) {
+          (candidate.samples == agreed.samples &&
+           length_of(candidate.distance, size) < length_of(agreed.distance, size))) {
         agreed = candidate;
         column = k;
       }
@@ -299,18 +258,24 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
   constexpr int levels = 5;
   constexpr std::size_t first_samples = 4;
   const int finest = finest_level(scene, duration);
-  std::vector<std::unique_ptr<RunOfA1>> runs;
-  for (int level = finest - levels + 1; level <= finest; ++level)
-    runs.push_back(std::make_unique<RunOfA1>(scene, 1 << level));
+  std::vector<Refinement> runs;
+  for (int level = finest - levels + 1; level <= finest; ++level) {
+    auto stepper = algorithm_stepper(scene, {.algorithm = Algorithm::a1, .step = scene.step / (1 << level)});
+    Motion motion{scene.step, {stepper->state()}};
+    runs.push_back({1 << level, std::move(stepper), std::move(motion)});
+  }
   const auto last = static_cast<std::size_t>(std::lround(duration / scene.step));
   // Continue all levels together until the refinements agree in no column: later samples tell nothing.
   std::optional<RombergTable> table;
   std::size_t until = 0;
   do {
+    const std::size_t before = until;
     until = std::min(last, std::max(first_samples, 2 * until));
     // The finest level takes half of the work, and begins first.
     parallel_for(threads, runs.size(), [&](std::size_t i, const std::stop_token&) {
-      runs[runs.size() - 1 - i]->continue_to(until);
+      Refinement& run = runs[runs.size() - 1 - i];
+      const bool has_diverged = run.motion.samples.size() <= before;
+      if (!has_diverged) continue_motion(*run.stepper, run.divisions, until, run.motion);
     });
     table.emplace(scene, runs);
   } while (until < last && table->agreed.samples == until);
@@ -321,9 +286,9 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
   if (column > 0) reference.method = fmt::format("A1 of order {} at h/{}", column + 1, 1 << finest);
   const double step = scene.step / (1 << finest);
   reference.motion = std::move(table->row[column]);
-  set_uncertainties(larger_of(differences(scene, table->before[column], reference.motion, agreed.samples),
-                              unseen(scene, reference.motion, agreed.samples, step)),
-                    reference);
+  reference.uncertainties =
+      larger_of(differences(scene, table->before[column], reference.motion, agreed.samples),
+                unseen(scene, reference.motion, agreed.samples, step));
   reference.horizon = static_cast<double>(agreed.samples) * scene.step;
   reference.divergence_point = name_of(scene, agreed.divergence_point);
   return reference;
@@ -340,6 +305,15 @@ double half_diagonal(const Body& body) {
 }
 
 }  // namespace
+
+void continue_motion(Stepper& stepper, int steps, std::size_t samples, Motion& motion) {
+  while (motion.samples.size() <= samples) {
+    for (int i = 0; i < steps; ++i) {
+      if (!stepper.step()) return;
+    }
+    motion.samples.push_back(stepper.state());
+  }
+}
 
 Sampling::Sampling(double step, double interval) {
   const double steps = interval / step;
@@ -385,34 +359,23 @@ double size_of(const Scene& scene) {
   return radius > 0 ? 2 * radius : 1;
 }
 
-MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon, int every) {
-  MotionDifference result;
-  double squares = 0;
-  double turns = 0;
-  int count = 0;
+MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon) {
+  constexpr MotionDifference unknown{{infinite, infinite}, {infinite, infinite}};
+  SpreadMeter positions;
+  SpreadMeter turns;
   const auto last = static_cast<std::size_t>(std::lround(horizon / b.interval));
-  for (std::size_t k = every; k <= last; k += every) {
-    if (k >= a.samples.size() || k >= b.samples.size()) {
-      return {{infinite, infinite}, {infinite, infinite}};
-    }
+  for (std::size_t k = 1; k <= last; ++k) {
+    if (k >= a.samples.size() || k >= b.samples.size()) return unknown;
     const State& one = a.samples[k];
     const State& other = b.samples[k];
     for (std::size_t i = 1; i < one.q.size(); ++i) {
       if (scene.bodies[i].inverse_mass == 0) continue;
-      const double d = (one.q[i].linear - other.q[i].linear).norm();
-      const double turn =
-          rotation_vector(Quaternion(one.q[i].angular.conjugate() * other.q[i].angular)).norm();
-      squares += d * d;
-      turns += turn * turn;
-      result.position.largest = std::max(result.position.largest, d);
-      result.orientation.largest = std::max(result.orientation.largest, turn);
-      ++count;
+      positions.add((one.q[i].linear - other.q[i].linear).norm());
+      turns.add(rotation_vector(Quaternion(one.q[i].angular.conjugate() * other.q[i].angular)).norm());
     }
   }
-  if (count == 0) return {{infinite, infinite}, {infinite, infinite}};
-  result.position.rms = std::sqrt(squares / count);
-  result.orientation.rms = std::sqrt(turns / count);
-  return result;
+  if (positions.is_empty()) return unknown;
+  return {positions.result(), turns.result()};
 }
 
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads) {

@@ -1,6 +1,8 @@
 #pragma once
 /// The motion of all bodies at equal intervals, the reference of runs, and its uncertainty.
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -16,6 +18,10 @@ struct Motion {
   double interval = 0;         ///< s
   std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged
 };
+
+/// Steps, `steps` times from sample to sample, until the motion has `samples` samples after the start or the
+/// stepper cannot go on.
+void continue_motion(Stepper& stepper, int steps, std::size_t samples, Motion& motion);
 
 /// The sampling instants of a run with step h, at whole numbers of steps and of intervals. Throws Error when
 /// h is neither a divisor nor a multiple of the interval.
@@ -43,15 +49,31 @@ struct Spread {
   double largest = 0;
 };
 
+/// Collects values and returns their spread.
+class SpreadMeter {
+ public:
+  void add(double value) {
+    squares_ += value * value;
+    largest_ = std::max(largest_, value);
+    ++count_;
+  }
+  bool is_empty() const { return count_ == 0; }
+  Spread result() const { return {is_empty() ? 0 : std::sqrt(squares_ / count_), largest_}; }
+
+ private:
+  double squares_ = 0;
+  double largest_ = 0;
+  int count_ = 0;
+};
+
 struct MotionDifference {
   Spread position;     ///< of centres of mass, m
   Spread orientation;  ///< rad
 };
 
-/// Returns the difference from sample 1 to `horizon` seconds, at every `every`-th sample. Infinite where
-/// there are none, or one of the motions has ended.
-MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon,
-                            int every = 1);
+/// Returns the difference from sample 1 to `horizon` seconds. Infinite where there are no samples, or one of
+/// the motions has ended.
+MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon);
 
 /// The largest error of any body until a sample.
 struct Uncertainty {
@@ -64,21 +86,22 @@ struct ReferenceMotion {
   /// "own of order 12 at h/8"; "A1 of order 4 at h/128" (extrapolated from coarser steps), and where the
   /// scene has no contacts why it is not the first.
   std::string method;
-  double uncertainty = 0;        ///< of any body before the horizon, m: what refinements moved it by
-  double turn_uncertainty = 0;   ///< the same, rad
   double horizon = 0;            ///< s: after it the reference says nothing more of single bodies
   std::string divergence_point;  ///< the body of which two refinements then say different things; empty: none
-  std::vector<Uncertainty> uncertainties = {};  ///< by sample until the horizon; the last are those above
+  std::vector<Uncertainty> uncertainties = {};  ///< by sample until the horizon
+
+  /// Returns the uncertainty of any body before the horizon: by how much refinements moved it.
+  Uncertainty uncertainty() const { return uncertainties.empty() ? Uncertainty{} : uncertainties.back(); }
 };
 
-/// The motion without a step's error. Where the scene has no contacts: by the reference DAE integrator of
-/// reference_integrator.h, in order 12, with steps halved until no digit moves any more: down to 1/64 of the
-/// scene's, and where that is too coarse for a stiff spring as far as a few seconds of computing allow. Else,
-/// and where that lasts longer: A1 at steps halved again and again, extrapolated to step zero (Richardson;
-/// Romberg's table). Of the table's columns the one is taken that two refinements agree on longest: a high
-/// one where the motion is smooth, none where contacts open and close. The horizon is where two refinements
-/// differ by 2e-5 of the scene's size, and at most `duration`; the motion may end with the next sample. A1's
-/// refinements run on `threads` threads; the result is the same for any number.
+/// Computes the motion without a step's error. Where the scene has no contacts: by the reference DAE
+/// integrator of reference_integrator.cpp, in order 12, with steps halved until no digit moves any more: down
+/// to 1/64 of the scene's, and where that is too coarse for a stiff spring as far as a few seconds of
+/// computing allow. Else, and where that lasts longer: A1 at steps halved again and again, extrapolated to
+/// step zero (Richardson; Romberg's table). Of the table's columns the one is taken that two refinements
+/// agree on longest: a high one where the motion is smooth, none where contacts open and close. The horizon
+/// is where two refinements differ by 2e-5 of the scene's size, and at most `duration`; the motion may end
+/// with the next sample. A1's refinements run on `threads` threads; the result is the same for any number.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads = 1);
 
 }  // namespace substep

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <type_traits>
 
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/features.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
+#include "sim/measure/motion.h"
 
 namespace substep {
 namespace {
 
-constexpr double infinite_length = std::numeric_limits<double>::infinity();
 constexpr double most_turn = 2.5;    // rad a step: beyond, half a turn more looks like one less
 constexpr double piece_turn = 0.05;  // rad that a straight piece of a path stands for
 constexpr double opposite = -0.5;    // cosine of two sides' normals
@@ -28,8 +28,8 @@ struct InnerRadius {
     return std::min(c.half_height, 0.5 * std::max(c.radius_bottom, c.radius_top));
   }
   double operator()(const Polytope& p) const { return p.inner_radius; }
-  double operator()(const Plane&) const { return infinite_length; }
-  double operator()(const TriangleMesh&) const { return infinite_length; }
+  double operator()(const Plane&) const { return infinite; }
+  double operator()(const TriangleMesh&) const { return infinite; }
 };
 
 Vector3 middle_of(const Shape& shape) {
@@ -37,36 +37,37 @@ Vector3 middle_of(const Shape& shape) {
   return polytope ? polytope->centre : Vector3::Zero();
 }
 
-/// The interval of a segment inside a polytope, as fractions of its length, and the faces of entry and exit;
-/// −1 for an end that is inside.
+/// A crossing of a segment and a solid's surface.
 struct Crossing {
-  double in = 0;
-  double out = 1;
-  int face_in = -1;
-  int face_out = -1;
+  double part;  ///< of the segment's length
+  Vector3 normal;
+  bool goes_in;  ///< from the front
 };
 
-Crossing crossing_of(const Polytope& polytope, const Vector3& from, const Vector3& to) {
-  Crossing crossing;
+/// Returns the crossings of a segment that is partly inside: of the face of entry and of the face of exit.
+std::vector<Crossing> crossings_of(const Polytope& polytope, const Vector3& from, const Vector3& to) {
+  Crossing in{0, Vector3::Zero(), true};
+  Crossing out{1, Vector3::Zero(), false};
   for (std::size_t face = 0; face < polytope.face_count(); ++face) {
-    const double start = polytope.face_normals[face].dot(from) - polytope.face_offsets[face];
-    const double end = polytope.face_normals[face].dot(to) - polytope.face_offsets[face];
-    if (start > 0 && end > 0) return {1, 0, -1, -1};
+    const Vector3& normal = polytope.face_normals[face];
+    const double start = normal.dot(from) - polytope.face_offsets[face];
+    const double end = normal.dot(to) - polytope.face_offsets[face];
+    if (start > 0 && end > 0) return {};
     if (start <= 0 && end <= 0) continue;
     const double part = start / (start - end);
-    if (start > 0 && part >= crossing.in) {
-      crossing.in = part;
-      crossing.face_in = static_cast<int>(face);
-    }
-    if (end > 0 && part <= crossing.out) {
-      crossing.out = part;
-      crossing.face_out = static_cast<int>(face);
-    }
+    if (start > 0 && part >= in.part) in = {part, normal, true};
+    if (end > 0 && part <= out.part) out = {part, normal, false};
   }
-  return crossing;
+  if (in.part >= out.part) return {};
+  std::vector<Crossing> crossings;
+  for (const Crossing& crossing : {in, out}) {
+    const bool ends_inside = crossing.normal.isZero(0);
+    if (!ends_inside) crossings.push_back(crossing);
+  }
+  return crossings;
 }
 
-/// True where the point is in front of a face by more than `length`.
+/// Returns true where the point is in front of a face by more than `length`.
 bool is_farther(const Polytope& polytope, const Vector3& point, double length) {
   for (std::size_t face = 0; face < polytope.face_count(); ++face) {
     if (polytope.face_normals[face].dot(point) - polytope.face_offsets[face] > length) return true;
@@ -74,23 +75,8 @@ bool is_farther(const Polytope& polytope, const Vector3& point, double length) {
   return false;
 }
 
-bool passes_through(const Polytope& polytope, const Path& path) {
-  int face_in = -1;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const Crossing crossing = crossing_of(polytope, path[i], path[i + 1]);
-    if (crossing.in >= crossing.out) continue;
-    if (crossing.face_in >= 0) face_in = crossing.face_in;
-    if (crossing.face_out < 0 || face_in < 0) continue;
-    const Vector3& entered = polytope.face_normals[static_cast<std::size_t>(face_in)];
-    if (entered.dot(polytope.face_normals[static_cast<std::size_t>(crossing.face_out)]) < opposite)
-      return true;
-    face_in = -1;
-  }
-  return false;
-}
-
-/// True where the path passes through a capsule, or through a ball if `half_length` is 0.
-bool passes_through(double half_length, double radius, const Path& path) {
+/// Returns true where the path passes through a capsule, or through a ball if `half_length` is 0.
+bool passes_round_solid(double half_length, double radius, const Path& path) {
   const Segment axis{{0, -half_length, 0}, {0, half_length, 0}};
   const auto distance = [&](const Segment& piece) {
     const SegmentParameters closest = closest_parameters(piece, axis);
@@ -103,17 +89,10 @@ bool passes_through(double half_length, double radius, const Path& path) {
   return false;
 }
 
-/// A crossing of a segment and a mesh, as a fraction of its length; negative directions enter at the front.
-struct MeshCrossing {
-  double part;
-  Vector3 normal;
-  bool goes_in;
-};
-
-std::vector<MeshCrossing> crossings_of(const TriangleMesh& mesh, const Vector3& from, const Vector3& to) {
+std::vector<Crossing> crossings_of(const TriangleMesh& mesh, const Vector3& from, const Vector3& to) {
   std::vector<std::uint32_t> near;
   find_triangles(mesh, {from.cwiseMin(to), from.cwiseMax(to)}, near);
-  std::vector<MeshCrossing> crossings;
+  std::vector<Crossing> crossings;
   for (const std::uint32_t index : near) {
     const Triangle& triangle = mesh.triangles[index];
     const Vector3& normal = mesh.normals[index];
@@ -131,26 +110,28 @@ std::vector<MeshCrossing> crossings_of(const TriangleMesh& mesh, const Vector3& 
     }
     if (is_within) crossings.push_back({part, normal, start > 0});
   }
-  std::ranges::sort(crossings, {}, &MeshCrossing::part);
+  std::ranges::sort(crossings, {}, &Crossing::part);
   return crossings;
 }
 
-bool passes_through(const TriangleMesh& mesh, const Path& path) {
-  bool is_behind = false;
-  Vector3 entered = Vector3::Zero();
+/// Returns true where the path leaves a convex solid by a side that faces away from the one where it came in;
+/// of a mesh also where it crosses two-sided triangles, or ends behind the front.
+template <typename Solid>
+bool passes_through(const Solid& solid, const Path& path) {
+  constexpr bool is_mesh = std::is_same_v<Solid, TriangleMesh>;
+  bool is_inside = false;
+  Vector3 entered = Vector3::Zero();  // the normal of the side
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    for (const MeshCrossing& crossing : crossings_of(mesh, path[i], path[i + 1])) {
-      if (mesh.two_sided) return true;
-      if (crossing.goes_in && !is_behind) {
-        is_behind = true;
-        entered = crossing.normal;
-      } else if (!crossing.goes_in && is_behind) {
-        if (entered.dot(crossing.normal) < opposite) return true;
-        is_behind = false;
+    for (const Crossing& crossing : crossings_of(solid, path[i], path[i + 1])) {
+      if constexpr (is_mesh) {
+        if (solid.two_sided) return true;
       }
+      if (crossing.goes_in && !is_inside) entered = crossing.normal;
+      if (!crossing.goes_in && is_inside && entered.dot(crossing.normal) < opposite) return true;
+      is_inside = crossing.goes_in;
     }
   }
-  return is_behind;
+  return is_mesh && is_inside;
 }
 
 }  // namespace
@@ -223,13 +204,11 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   for (const double time : times) path.push_back(place_at(time));
   if (facets) return passes_through(*facets, path);
   if (const auto* const mesh = std::get_if<TriangleMesh>(&other.shape)) return passes_through(*mesh, path);
-  if (const auto* const capsule = std::get_if<Capsule>(&other.shape)) {
-    return passes_through(capsule->half_length, capsule->radius, path);
-  }
-  if (const auto* const capsule = std::get_if<TaperedCapsule>(&other.shape)) {
-    return passes_through(capsule->half_length, obstacles_[through].inner, path);
-  }
-  return passes_through(0, obstacles_[through].inner, path);
+  double half_length = 0;
+  if (const auto* const capsule = std::get_if<Capsule>(&other.shape)) half_length = capsule->half_length;
+  if (const auto* const capsule = std::get_if<TaperedCapsule>(&other.shape))
+    half_length = capsule->half_length;
+  return passes_round_solid(half_length, obstacles_[through].inner, path);
 }
 
 void PassageMeter::add(const State& state, double step) {

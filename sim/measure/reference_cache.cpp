@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -24,52 +25,6 @@ constexpr std::string_view extension = ".reference";
 fs::path path_in(const char* variable) {
   const char* const value = std::getenv(variable);
   return value != nullptr && fs::path(value).is_absolute() ? fs::path(value) : fs::path();
-}
-
-nlohmann::json to_json(const std::vector<Velocity>& velocities) {
-  const auto values = components(velocities);
-  return std::vector<double>(values.begin(), values.end());
-}
-
-std::vector<Velocity> velocities_in(const nlohmann::json& json) {
-  const auto values = json.get<std::vector<double>>();
-  std::vector<Velocity> velocities(values.size() / 6);
-  std::ranges::copy(values, components(velocities).begin());
-  return velocities;
-}
-
-nlohmann::json to_json(const ReferenceMotion& reference) {
-  nlohmann::json samples;
-  for (const State& state : reference.motion.samples)
-    samples.push_back({substep::to_json(state.q), to_json(state.v)});
-  nlohmann::json uncertainties;
-  for (const Uncertainty& one : reference.uncertainties) uncertainties.push_back({one.position, one.turn});
-  return {{"interval", reference.motion.interval},
-          {"samples", std::move(samples)},
-          {"method", reference.method},
-          {"uncertainty", reference.uncertainty},
-          {"turn uncertainty", reference.turn_uncertainty},
-          {"horizon", reference.horizon},
-          {"divergence point", reference.divergence_point},
-          {"uncertainties", std::move(uncertainties)}};
-}
-
-ReferenceMotion reference_in(const nlohmann::json& json) {
-  ReferenceMotion reference;
-  json.at("interval").get_to(reference.motion.interval);
-  for (const nlohmann::json& sample : json.at("samples")) {
-    State& state = reference.motion.samples.emplace_back();
-    state.q = coordinates_in(sample[0]);
-    state.v = velocities_in(sample[1]);
-  }
-  json.at("method").get_to(reference.method);
-  json.at("uncertainty").get_to(reference.uncertainty);
-  json.at("turn uncertainty").get_to(reference.turn_uncertainty);
-  json.at("horizon").get_to(reference.horizon);
-  json.at("divergence point").get_to(reference.divergence_point);
-  for (const nlohmann::json& one : json.at("uncertainties"))
-    reference.uncertainties.push_back({one[0].get<double>(), one[1].get<double>()});
-  return reference;
 }
 
 }  // namespace
@@ -154,32 +109,37 @@ void ReferenceCache::remove_oldest() const {
   }
 }
 
-nlohmann::json to_json(const std::vector<Coordinates>& coordinates) {
-  std::vector<double> numbers;
-  for (const Coordinates& one : coordinates) {
-    numbers.insert(numbers.end(), one.linear.begin(), one.linear.end());
-    numbers.insert(numbers.end(), one.angular.coeffs().begin(), one.angular.coeffs().end());
-  }
-  return numbers;
+void to_json(nlohmann::json& json, const Coordinates& q) {
+  json = {q.linear.x(),  q.linear.y(),  q.linear.z(), q.angular.x(),
+          q.angular.y(), q.angular.z(), q.angular.w()};
 }
 
-std::vector<Coordinates> coordinates_in(const nlohmann::json& json) {
-  const auto numbers = json.get<std::vector<double>>();
-  std::vector<Coordinates> coordinates(numbers.size() / 7);
-  for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    const double* const at = numbers.data() + 7 * i;
-    coordinates[i].linear = Vector3(at);
-    coordinates[i].angular.coeffs() = Eigen::Vector4d(at + 3);
-  }
-  return coordinates;
+void from_json(const nlohmann::json& json, Coordinates& q) {
+  const auto numbers = json.get<std::array<double, 7>>();
+  q.linear = Vector3(numbers.data());
+  q.angular.coeffs() = Eigen::Vector4d(numbers.data() + 3);
 }
+
+static void to_json(nlohmann::json& json, const Velocity& v) {
+  json = {v.linear.x(), v.linear.y(), v.linear.z(), v.angular.x(), v.angular.y(), v.angular.z()};
+}
+
+static void from_json(const nlohmann::json& json, Velocity& v) {
+  const auto numbers = json.get<std::array<double, 6>>();
+  v = {Vector3(numbers.data()), Vector3(numbers.data() + 3)};
+}
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(State, q, v)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Motion, interval, samples)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Uncertainty, position, turn)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReferenceMotion, motion, method, horizon, divergence_point, uncertainties)
 
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,
                                  const ReferenceCache& cache) {
   const std::string key = fmt::format("reference_motion {:016x} {} {}", scene.hash, scene.step, duration);
-  if (const auto kept = cache.find(key)) return reference_in(*kept);
+  if (const auto kept = cache.find(key)) return kept->get<ReferenceMotion>();
   ReferenceMotion reference = reference_motion(scene, duration, threads);
-  cache.keep(key, to_json(reference));
+  cache.keep(key, reference);
   return reference;
 }
 

@@ -6,7 +6,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "sim/measure/motion.h"
 #include "sim/model/state.h"
@@ -43,9 +42,9 @@ class ReferenceCache {
   std::string program_;  ///< empty: nothing is kept
 };
 
-/// Returns the coordinates as an array of seven numbers a body.
-nlohmann::json to_json(const std::vector<Coordinates>& coordinates);
-std::vector<Coordinates> coordinates_in(const nlohmann::json& json);
+/// Convert a body's coordinates to an array of seven numbers, and back.
+void to_json(nlohmann::json& json, const Coordinates& q);
+void from_json(const nlohmann::json& json, Coordinates& q);
 
 /// Returns reference_motion(), from the cache where it is there. The scene must be as its files have it.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,

@@ -1,13 +1,26 @@
-#include "sim/measure/reference_integrator.h"
+/// The reference DAE integrator, for scenes whose forces are smooth: joints, springs and drives, no contacts.
+///
+/// The equations of motion in maximal coordinates, with the constraints at acceleration level (differentiated
+/// twice: index 1),
+///     M̆ v̆' = f + J̆ᵀλ,   J̆ v̆' = −J̆' v̆,
+/// are stepped by Runge–Kutta or by the extrapolated midpoint rule (Gragg, Bulirsch, Stoer; Hairer, Nørsett,
+/// Wanner, Solving Ordinary Differential Equations I, II.9). After each step coordinates and velocities are
+/// projected back onto C(q) = 0 and J̆ v̆ = 0 (Hairer, Wanner, Solving Ordinary Differential Equations II,
+/// VII.2). Rows are those of formulate.h. The errors of the report's algorithms are measured against it.
+///
+/// constrained_dynamics.h has the equations and the projection, jacobian_rate.h the term J̆' v̆.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "sim/algorithms.h"
 #include "sim/error.h"
 #include "sim/measure/constrained_dynamics.h"
-#include "sim/measure/event_detection.h"
 #include "sim/measure/motion.h"
+#include "sim/measure/stepper.h"
 
 namespace substep {
 namespace {
@@ -18,7 +31,111 @@ constexpr double most_gap = 1e-4;  // of the scene's size: more is no rounding o
 /// single-precision numbers. A mechanism that is closer to a singular position at the start of a step loses a
 /// row for the step.
 constexpr double rank_tolerance = 1e-6;
-constexpr int most_events = 20;  // in one step
+constexpr int most_events = 20;     // in one step
+constexpr double touching = 1e-9;   // m or rad, and their rates: a bound that is met at the start
+constexpr double overstep = 1e-12;  // by which a bound is overstepped or pulls when it switches
+
+/// Finds events: a rigid one-sided limit closes or opens, or a drive reaches or leaves its greatest force.
+/// Between events the motion is smooth.
+class EventDetection {
+ public:
+  /// Sets in `dynamics` which limits are closed, and which drives are at their greatest force. At first all
+  /// limits are open.
+  EventDetection(const Model& model, ConstrainedDynamics& dynamics)
+      : dynamics_(dynamics), open_model_(model) {
+    open_model_.locks.clear();
+    open_model_.drives.clear();
+    for (const Limit& limit : model.limits) {
+      if (!limit.soft && limit.side != Limit::Side::both) bounds_.push_back({limit, false});
+    }
+    set_up();
+  }
+  EventDetection(const EventDetection&) = delete;
+  EventDetection& operator=(const EventDetection&) = delete;
+
+  /// Sets the drives for the start, and closes bounds that the start is at and that push, as a taut rope
+  /// does.
+  void start(const CoordinateVector& q, const VelocityVector& v) {
+    dynamics_.set_drive_sides(dynamics_.drive_sides_at(q, v));
+    if (bounds_.empty()) return;
+    formulate(open_, q, 1);
+    for (const Block& x : open_.c.blocks) {
+      const Row& row = open_.c.rows[x.first];
+      bounds_[x.source].held =
+          std::abs(row.beta) < touching && std::abs(row_velocity(row, v[x.a], v[x.b])) < touching;
+    }
+    set_up();
+    // Open the bounds that pull, one at a time: each changes the forces of the others.
+    for (std::size_t i = 0; i < bounds_.size(); ++i) {
+      update_margins(q, v);
+      const auto least = std::ranges::min_element(
+          bounds_, {}, [](const Bound& bound) { return bound.held ? bound.margin : infinite; });
+      if (!least->held || least->margin >= 0) break;
+      least->held = false;
+      set_up();
+    }
+  }
+
+  /// Returns true where a drive reaches or leaves its greatest force, or a bound closes or opens.
+  bool detect_events(const CoordinateVector& q, const VelocityVector& v) {
+    if (dynamics_.drive_sides_at(q, v) != dynamics_.drive_sides()) return true;
+    if (bounds_.empty()) return false;
+    update_margins(q, v);
+    return !std::ranges::all_of(bounds_, [](const Bound& bound) { return bound.margin >= 0; });
+  }
+
+  /// Closes and opens bounds by the events at q and v̆, then projects both.
+  void apply_events(CoordinateVector& q, VelocityVector& v) {
+    dynamics_.set_drive_sides(dynamics_.drive_sides_at(q, v));
+    if (bounds_.empty()) return;
+    update_margins(q, v);
+    for (Bound& bound : bounds_) {
+      if (bound.margin < 0) bound.held = !bound.held;
+    }
+    set_up();
+    dynamics_.project(q, v);  // an impact: the velocity that closes a bound is lost
+  }
+
+ private:
+  /// A rigid one-sided limit, which is a two-sided row while it is closed and pushes.
+  struct Bound {
+    Limit limit;
+    bool held;
+    double margin = 0;
+  };
+
+  /// Makes rows for the closed bounds.
+  void set_up() {
+    std::vector<Limit> held;
+    open_model_.limits.clear();
+    for (const Bound& bound : bounds_) (bound.held ? held : open_model_.limits).push_back(bound.limit);
+    dynamics_.hold(held);
+    open_.model = &open_model_;
+    open_.contacts = &no_contacts_;
+    build_blocks(open_, Joints::rows);
+  }
+
+  /// Updates the margin of each bound: the clearance of an open one (m, rad), the force of a closed one (N,
+  /// N·m).
+  void update_margins(const CoordinateVector& q, const VelocityVector& v) {
+    formulate(open_, q, 1);
+    std::vector<double> clearances(open_model_.limits.size());
+    for (const Block& x : open_.c.blocks) clearances[x.source] = -open_.c.rows[x.first].beta;
+    const std::vector<double> pushes = dynamics_.pushes(q, v);
+    std::size_t held = 0;
+    std::size_t open = 0;
+    for (Bound& bound : bounds_) {
+      const double sign = bound.limit.side == Limit::Side::high ? -1 : 1;
+      bound.margin = overstep + (bound.held ? sign * pushes[held++] : clearances[open++]);
+    }
+  }
+
+  ConstrainedDynamics& dynamics_;
+  std::vector<Bound> bounds_;
+  std::vector<Contact> no_contacts_;
+  Model open_model_;
+  Problem open_;
+};
 
 Model smooth_model(const Scene& scene) {
   Model model = build_model(scene);
@@ -108,14 +225,15 @@ class ReferenceIntegrator : public Stepper {
     dynamics_.project(q_, v_);
   }
 
-  /// The state as numbers, and back; quaternions are of unit length only at the ends of steps.
-  void flatten(const CoordinateVector& q, const VelocityVector& v, StateVector& y) const {
-    y.resize(static_cast<Eigen::Index>(body_numbers * q.size()));
-    for (std::size_t i = 0; i < q.size(); ++i) {
-      y.segment<body_numbers>(body_numbers * i) << q[i].linear, q[i].angular.coeffs(), v[i].linear,
-          v[i].angular;
+  /// Sets `start_` to the state as numbers.
+  void flatten() {
+    start_.resize(static_cast<Eigen::Index>(body_numbers * q_.size()));
+    for (std::size_t i = 0; i < q_.size(); ++i) {
+      start_.segment<body_numbers>(body_numbers * i) << q_[i].linear, q_[i].angular.coeffs(), v_[i].linear,
+          v_[i].angular;
     }
   }
+  /// Sets q and v from such numbers. Inside a step their quaternions are not of unit length.
   void unflatten(const StateVector& y, CoordinateVector& q, VelocityVector& v) const {
     q.resize(state_.q.size());
     v.resize(q.size());
@@ -128,7 +246,7 @@ class ReferenceIntegrator : public Stepper {
     }
   }
 
-  /// y' at y.
+  /// Sets `result` to y' at y.
   void rate(const StateVector& y, StateVector& result) {
     unflatten(y, trial_q_, trial_v_);
     const VelocityVector& acceleration = dynamics_.accelerate(trial_q_, trial_v_);
@@ -144,27 +262,24 @@ class ReferenceIntegrator : public Stepper {
     }
   }
 
+  /// Makes one step by the classical Runge–Kutta method.
   void runge_kutta(double length) {
-    flatten(q_, v_, start_);
-    rate(start_, rate_);
-    newer_ = rate_;
-    point_ = start_ + length / 2 * rate_;
-    rate(point_, rate_);
-    newer_ += 2 * rate_;
-    point_ = start_ + length / 2 * rate_;
-    rate(point_, rate_);
-    newer_ += 2 * rate_;
-    point_ = start_ + length * rate_;
-    rate(point_, rate_);
-    newer_ += rate_;
-    point_ = start_ + length / 6 * newer_;
-    unflatten(point_, q_, v_);
+    flatten();
+    point_ = start_;
+    newer_.setZero(start_.size());
+    for (const auto& [weight, next] :
+         {std::pair{1.0, length / 2}, {2.0, length / 2}, {2.0, length}, {1.0, 0.0}}) {
+      rate(point_, rate_);
+      newer_ += weight * rate_;
+      point_ = start_ + next * rate_;
+    }
+    unflatten(start_ + length / 6 * newer_, q_, v_);
   }
 
-  /// One step by Aitken and Neville's scheme on the midpoint rule with 2, 4, 6 … parts, whose error has even
-  /// powers of the part alone. Changes are extrapolated and not values: less rounding.
+  /// Makes one step by Aitken and Neville's scheme on the midpoint rule with 2, 4, 6 … parts, whose error has
+  /// even powers of the part alone. Changes are extrapolated and not values: less rounding.
   void extrapolate(double length) {
-    flatten(q_, v_, start_);
+    flatten();
     rate(start_, start_rate_);
     const int columns = order_ / 2;
     table_.resize(columns);

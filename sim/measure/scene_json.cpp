@@ -1,15 +1,16 @@
-#include "sim/measure/scene_json.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "sim/loading/scene_settings.h"
+#include "sim/measure/json.h"
 #include "sim/model/usual_settings.h"
+#include "sim/scene/scene.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -21,7 +22,7 @@ json numbers(const Vector3& vector) {
   return {vector.x(), vector.y(), vector.z()};
 }
 
-/// A number, or null where it is infinite, which JSON cannot say.
+/// Returns a number, or null where it is infinite, which JSON cannot say.
 json finite(double value) {
   return std::isfinite(value) ? json(value) : json();
 }
@@ -73,19 +74,14 @@ json of_shape(const Polytope& polytope, const Pose& pose) {
           {"faces", polytope.face_count()},
           {"points", points(polytope.vertices, pose)}};
 }
-json of_shape(const Cylinder& cylinder, const Pose& pose) {
-  return placed({{"shape", "cylinder"},
-                 {"height", 2 * cylinder.half_height},
-                 {"radiusBottom", cylinder.radius_bottom},
-                 {"radiusTop", cylinder.radius_top}},
-                pose);
+json tapered(const char* shape, double height, double bottom, double top, const Pose& pose) {
+  return placed({{"shape", shape}, {"height", height}, {"radiusBottom", bottom}, {"radiusTop", top}}, pose);
 }
-json of_shape(const TaperedCapsule& capsule, const Pose& pose) {
-  return placed({{"shape", "tapered capsule"},
-                 {"height", 2 * capsule.half_length},
-                 {"radiusBottom", capsule.radius_bottom},
-                 {"radiusTop", capsule.radius_top}},
-                pose);
+json of_shape(const Cylinder& x, const Pose& pose) {
+  return tapered("cylinder", 2 * x.half_height, x.radius_bottom, x.radius_top, pose);
+}
+json of_shape(const TaperedCapsule& x, const Pose& pose) {
+  return tapered("tapered capsule", 2 * x.half_length, x.radius_bottom, x.radius_top, pose);
 }
 json of_shape(const TriangleMesh& mesh, const Pose& pose) {
   return {{"shape", "triangle mesh"},
@@ -95,24 +91,14 @@ json of_shape(const TriangleMesh& mesh, const Pose& pose) {
           {"indices", mesh.triangles}};
 }
 
+/// Returns the mode as files have it; null where they state none.
 json combine_name(Combine combine) {
-  switch (combine) {
-    case Combine::unstated:
-      return nullptr;
-    case Combine::average:
-      return "average";
-    case Combine::minimum:
-      return "minimum";
-    case Combine::maximum:
-      return "maximum";
-    case Combine::multiply:
-      break;
-  }
-  return "multiply";
+  constexpr std::array names{"average", "minimum", "maximum", "multiply"};
+  return combine == Combine::unstated ? json() : json(names.at(static_cast<std::size_t>(combine)));
 }
 
-/// The axes of a body's node at its centre of mass, which the body's colliders and joints are given in → its
-/// body frame.
+/// Returns the frame of a body's node, moved to the centre of mass, in the body frame. Colliders and joints
+/// are given in it.
 Pose centre_frame(const Body& body) {
   return {Vector3::Zero(), body.body_from_node.orientation};
 }
@@ -126,8 +112,7 @@ json bits(std::uint64_t mask) {
 }
 
 json of_collider(const Scene& scene, const Collider& collider) {
-  const Pose pose =
-      centre_frame(scene.bodies[static_cast<std::size_t>(collider.body)]).inverse() * collider.placement;
+  const Pose pose = centre_frame(scene.bodies[collider.body]).inverse() * collider.placement;
   json result = std::visit([&](const auto& shape) { return of_shape(shape, pose); }, collider.shape);
   result["systems"] = collider.in_no_system ? json() : bits(collider.member);
   result["exceptSystems"] = bits(~collider.collides_with);
@@ -143,18 +128,17 @@ json of_collider(const Scene& scene, const Collider& collider) {
 std::string axes_of(const JointLimit& limit) {
   std::string axes;
   for (int axis = 0; axis < 3; ++axis) {
-    if (limit.axes[static_cast<std::size_t>(axis)]) axes += "xyz"[axis];
+    if (limit.axes.at(axis)) axes += "xyz"[axis];
   }
   return axes;
 }
 
 json of_joint(const Scene& scene, const Joint& joint) {
-  const auto body = [&](int index) { return scene.bodies[static_cast<std::size_t>(index)].name; };
+  const auto body = [&](int index) { return scene.bodies[index].name; };
   const auto frame = [&](int index, const Pose& pose) {
-    return placed(json::object(),
-                  centre_frame(scene.bodies[static_cast<std::size_t>(index)]).inverse() * pose);
+    return placed(json::object(), centre_frame(scene.bodies[index]).inverse() * pose);
   };
-  // Counted among the world's.
+  // Count them among the world's colliders.
   json silent = json::array();
   for (const int collider : joint.silent_colliders) {
     silent.push_back(std::count_if(scene.colliders.begin(), scene.colliders.begin() + collider,
@@ -194,7 +178,7 @@ const char* kind_of(const Body& body) {
   return body.inverse_inertia.isZero(0) ? "kinematic" : "pivoting";
 }
 
-/// Why n is not that of most scenes; empty where it is.
+/// Returns the reason why n is not that of most scenes; empty where it is.
 std::string reason_of_substeps(const Scene& scene) {
   if (scene.substeps != needed_substeps(scene)) return "as its file says";
   if (scene.substeps == default_settings(Algorithm::a5).substeps) return "";
@@ -247,7 +231,7 @@ json scene_json(const Scene& scene) {
   for (const Joint& joint : scene.joints) result["joints"].push_back(of_joint(scene, joint));
   std::size_t triangles = 0;
   for (const Visual& visual : scene.visuals) {
-    triangles += scene.meshes[static_cast<std::size_t>(visual.mesh)].triangles.size();
+    triangles += scene.meshes[visual.mesh].triangles.size();
   }
   result["drawn"] = {{"meshes", scene.visuals.size()}, {"triangles", triangles}};
   result["camera"] = scene.camera ? json{{"position", numbers(scene.camera->pose.position)},

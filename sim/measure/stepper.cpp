@@ -1,7 +1,13 @@
 #include "sim/measure/stepper.h"
 
+#include <algorithm>
+#include <cmath>
+#include <ctime>
 #include <utility>
 
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
+#include "sim/model/model.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -43,6 +49,58 @@ class RecordedStepper : public Stepper {
   std::size_t frame_ = 0;
 };
 
+int steps_of(const Scene& scene, const Settings& settings) {
+  return std::max(1, static_cast<int>(std::lround(scene.duration / settings.step)));
+}
+
+/// Mean time of a call, µs: the least of three batches, since an interruption only adds.
+template <typename Call>
+double time_of(const Call& call) {
+  constexpr int batches = 3;
+  constexpr int calls = 16;
+  call();
+  double least = 0;
+  for (int batch = 0; batch < batches; ++batch) {
+    const double start = cpu_time();
+    for (int i = 0; i < calls; ++i) call();
+    const double time = (cpu_time() - start) / calls * 1e6;
+    least = batch == 0 ? time : std::min(least, time);
+  }
+  return least;
+}
+
+/// s1, s2 and s4 by themselves, as Simulation::step does them.
+StageTimes stages_at(const Scene& scene, const Settings& settings, const std::vector<State>& states) {
+  const Model model = build_model(scene);
+  ContactFinder finder(scene, model);
+  const std::vector<Contact> no_contacts;
+  const double hs = sub_step_of(settings);
+  const Joints joints = settings.algorithm >= Algorithm::a3 ? settings.joints : Joints::rows;
+  Problem problem;
+  problem.model = &model;
+  problem.substeps.duration = hs;
+  problem.contacts = &no_contacts;
+  build_blocks(problem, joints);
+  StageTimes sum;
+  for (const State& state : states) {
+    if (model.contacts) {
+      sum.geometry += time_of([&] { problem.contacts = &finder.find(state, settings.step, 1); });
+      sum.formulation += time_of([&] { build_contacts(problem, state.q); });
+    }
+    sum.formulation += time_of([&] { formulate(problem, state.q, hs); });
+    std::vector<Coordinates> q = state.q;
+    sum.coordinates += time_of([&] {
+      if (settings.algorithm != Algorithm::a3) return step_coordinates(hs, state.v, q);
+      for (int j = 1; j <= settings.substeps; ++j) {
+        step_coordinates(hs, state.v, q);
+        if (j < settings.substeps) formulate(problem, q, hs);
+      }
+    });
+  }
+  const auto count = static_cast<double>(states.size());
+  return {sum.geometry / count, sum.formulation / count, 0, sum.coordinates / count};
+}
+
 }  // namespace
 
 std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states) {
@@ -51,6 +109,45 @@ std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states) {
 
 std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& settings) {
   return std::make_unique<AlgorithmStepper>(scene, settings);
+}
+
+double cpu_time() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+RunTimes time_run(const Scene& scene, const Settings& settings, const MakeStepper& make, int repetitions) {
+  const int steps = steps_of(scene, settings);
+  std::vector<double> times;
+  for (int i = 0; i < repetitions; ++i) {
+    const auto stepper = make(scene, settings);
+    const double start = cpu_time();
+    for (int k = 0; k < steps; ++k) {
+      if (!stepper->step()) break;
+    }
+    times.push_back(cpu_time() - start);
+  }
+  std::ranges::sort(times);
+  return {times[times.size() / 2], times.front(), times.back(), repetitions, {}};
+}
+
+RunTimes time_run(const Scene& scene, const Settings& settings, int repetitions) {
+  RunTimes times = time_run(scene, settings, algorithm_stepper, repetitions);
+  constexpr int stops = 8;
+  const int steps = steps_of(scene, settings);
+  std::vector<State> states;
+  const auto stepper = algorithm_stepper(scene, settings);
+  int taken = 0;
+  for (; taken < steps; ++taken) {
+    if (taken % std::max(1, steps / stops) == 0) states.push_back(stepper->state());
+    if (!stepper->step()) break;
+  }
+  times.stages = stages_at(scene, settings, states);
+  const double whole = times.median / std::max(1, taken) * 1e6;
+  times.stages.velocities =
+      std::max(0.0, whole - times.stages.geometry - times.stages.formulation - times.stages.coordinates);
+  return times;
 }
 
 }  // namespace substep

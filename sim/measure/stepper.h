@@ -1,6 +1,7 @@
 #pragma once
 /// The interface of simulations that can be measured: a stepper moves the bodies of a scene from step to
-/// step. Our algorithms and other physics engines implement it.
+/// step. Our algorithms and other physics engines implement it. And the CPU time of a run and of the stages
+/// of its steps, which differs from run to run.
 
 #include <cstdint>
 #include <functional>
@@ -41,5 +42,41 @@ std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states);
 
 /// Makes a stepper of one of A1 to A5.
 std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& settings);
+
+/// Makes a stepper of reference_integrator.cpp. `order` 4: the classical Runge–Kutta method; other even
+/// orders up to 12: extrapolation. Throws Error where the scene has contacts, or starts with open joints.
+///
+/// Closed loops have redundant rows. Rows that are linearly dependent to 1e-6, in the metric of the masses
+/// where a step begins, are left out of the step; they hold by the others.
+///
+/// A step does not end at an event: it finds the events by bisection, and continues after each. step()
+/// returns false also where a step has more than twenty events; the state is then that before the step.
+std::unique_ptr<Stepper> reference_stepper(const Scene& scene, double step, int order);
+
+/// Returns the CPU time of this thread, s; other threads do not count.
+double cpu_time();
+
+/// Mean CPU times of one step of h, µs. The whole step is timed in runs without anything in between; s1, s2
+/// and s4 are repeated by themselves at states along the run, and s3 is what is left.
+struct StageTimes {
+  double geometry = 0;     ///< s1: contacts
+  double formulation = 0;  ///< s2: rows and biases
+  double velocities = 0;   ///< s3: the solver, with its sub-steps
+  double coordinates = 0;  ///< s4: stepping coordinates; A3's n times, with its formulation of rows anew
+};
+
+struct RunTimes {
+  double median = 0;    ///< CPU time of all steps of the scene's duration, s
+  double smallest = 0;  ///< of the repetitions
+  double largest = 0;
+  int repetitions = 0;
+  StageTimes stages;  ///< µs a step; all 0 for steppers that are not ours
+};
+
+/// Runs `repetitions` times on this thread. A run that diverges is timed until then.
+RunTimes time_run(const Scene& scene, const Settings& settings, int repetitions);
+
+/// Times any stepper, without its stages.
+RunTimes time_run(const Scene& scene, const Settings& settings, const MakeStepper& make, int repetitions);
 
 }  // namespace substep

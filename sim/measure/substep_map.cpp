@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "sim/constraints/formulate.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/measure/weight_scene.h"
+#include "sim/measure/constrained_dynamics.h"
+#include "sim/measure/invariants.h"
+#include "sim/measure/validity_maps.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
@@ -18,13 +19,6 @@ namespace substep {
 namespace {
 
 constexpr double rank_tolerance = 1e-6;  // of rows' directions; positions are closed to 1e-9 or better
-
-/// True where all rows belong to hard joints.
-bool is_rigid(const Model& model) {
-  return !model.contacts && model.drives.empty() &&
-         std::ranges::none_of(
-             model.limits, [](const Limit& limit) { return limit.soft || limit.side != Limit::Side::both; });
-}
 
 /// A scene's rows, and velocities as combinations of what their impulses can give.
 class RowMap {
@@ -68,58 +62,32 @@ class RowMap {
 
  private:
   void find_directions() {
-    v_.resize(start_.v.size());
-    std::ranges::fill(v_, Velocity{Vector3::Zero(), Vector3::Zero()});
+    for (const BodyMass& mass : model_.masses)
+      v_.push_back({Vector3::Constant(mass.root_inverse_mass), mass.root_inverse_inertia});
+    roots_ = components(v_);
+    set_zero(v_);
     Mlcp rows;
     Problem single = problem_;
     build_blocks(single, Joints::rows);
     formulate(single, start_.q, 1);
     make_mlcp(single, v_, rows);
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * rows.bodies,
-                                                    static_cast<Eigen::Index>(rows.rows.size()));
-    for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-      const Mlcp::Row& row = rows.rows[i];
-      if (row.a >= 0) columns.col(i).segment<6>(6 * row.a) += row.part_a;
-      if (row.b >= 0) columns.col(i).segment<6>(6 * row.b) += row.part_b;
-      columns.col(i).normalize();
-    }
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored(columns);
-    factored.setThreshold(rank_tolerance);
+    const auto factored = factored_directions(rows, rank_tolerance);
     directions_ = Eigen::MatrixXd(factored.householderQ()).leftCols(factored.rank());
   }
 
   void set_velocities(const Eigen::VectorXd& parts) {
-    const Eigen::VectorXd weighted = directions_ * parts;
-    for (std::size_t i = 0; i < v_.size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(6 * i);
-      v_[i].linear = model_.masses[i].root_inverse_mass * weighted.segment<3>(at);
-      v_[i].angular = model_.masses[i].root_inverse_inertia.cwiseProduct(weighted.segment<3>(at + 3));
-    }
+    components(v_) = roots_ * (directions_ * parts).array();
   }
-  Eigen::VectorXd weighted_velocities() const {
-    const auto over = [](double value, double root) { return root > 0 ? value / root : 0; };
-    Eigen::VectorXd weighted(static_cast<Eigen::Index>(6 * v_.size()));
-    for (std::size_t i = 0; i < v_.size(); ++i) {
-      for (int k = 0; k < 3; ++k) {
-        const auto at = static_cast<Eigen::Index>(6 * i) + k;
-        weighted[at] = over(v_[i].linear[k], model_.masses[i].root_inverse_mass);
-        weighted[at + 3] = over(v_[i].angular[k], model_.masses[i].root_inverse_inertia[k]);
-      }
-    }
-    return weighted;
-  }
+  Eigen::VectorXd weighted_velocities() const { return (roots_ > 0).select(components(v_) / roots_, 0); }
 
   Model model_;
   State start_;
   std::vector<Contact> no_contacts_;
   Problem problem_;
   std::vector<Velocity> v_;
+  Eigen::ArrayXd roots_;        // of M⁻¹, by component of v
   Eigen::MatrixXd directions_;  // of M^(1/2) v: an orthonormal basis of what impulses give
 };
-
-CoupledRows system(std::string name, const Scene& scene, int positions, double interval) {
-  return {std::move(name), positions_of(scene, positions, interval)};
-}
 
 }  // namespace
 
@@ -147,11 +115,8 @@ Scene without_springs(Scene scene) {
 }
 
 std::vector<Scene> positions_of(const Scene& scene, int count, double interval) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
   constexpr int divisions = 512;
-  settings.step = interval / divisions;
-  Simulation simulation(scene, settings);
+  Simulation simulation(scene, {.algorithm = Algorithm::a1, .step = interval / divisions});
   std::vector<Scene> positions;
   for (int k = 0; k < count; ++k) {
     for (int i = 0; k > 0 && i < divisions; ++i) simulation.step();
@@ -166,20 +131,15 @@ std::vector<Scene> positions_of(const Scene& scene, int count, double interval) 
 }
 
 std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder) {
-  const auto scene = [&](const char* name) { return load_scene(folder / (std::string(name) + ".gltf")); };
-  JointLimit locked;
-  locked.axes = {false, true, false};
-  locked.min = locked.max = 0;
-  const Scene row = weight_on_a_joint(0, locked);
-  locked.axes = {true, true, true};
-  const Scene block = weight_on_a_joint(0, locked);
-  return {system("one row", row, 1, 1),
-          system("a block", block, 1, 1),
-          system("rod_chain", scene("rod_chain"), 7, 0.1),
-          system("heavy_chain", scene("heavy_chain"), 7, 0.1),
-          system("bricard", scene("bricard"), 7, 0.1),
-          system("four_bar", scene("four_bar"), 7, 0.1),
-          system(std::string(coupled_governor), without_springs(scene("governor")), 7, 0.1)};
+  std::vector<CoupledRows> systems{{"one row", {weight_on_a_joint(0, {false, true, false})}},
+                                   {"a block", {weight_on_a_joint(0, {true, true, true})}}};
+  const auto add = [&](std::string name, const char* file) {
+    const Scene scene = load_scene(folder / (std::string(file) + ".gltf"));
+    systems.push_back({std::move(name), positions_of(without_springs(scene), 7, 0.1)});
+  };
+  for (const char* const name : {"rod_chain", "heavy_chain", "bricard", "four_bar"}) add(name, name);
+  add(std::string(coupled_governor), "governor");
+  return systems;
 }
 
 double largest_radius(const CoupledRows& system, const Stabilization& by, int iterations) {

@@ -4,7 +4,7 @@
 ///
 /// The coordinates are fixed and all joints are hard. Motion along the freedoms of joints is constant and
 /// left out. A row's bias is its gap over hs, so that hs cancels. Rows that share bodies differ from one row,
-/// whose radius is known (stability_map.h), by the sweep's order and m.
+/// whose radius is known (stability_border()), by the sweep's order and m.
 
 #include <filesystem>
 #include <optional>
@@ -42,7 +42,7 @@ struct CoupledRows {
   std::vector<Scene> positions;
 };
 
-/// With it none of them grows for τ up to 1 (claim 15).
+/// κ with which no coupled system grows for τ up to 1 (claim 15).
 inline constexpr double lower_kappa = 0.7;
 
 inline constexpr std::string_view coupled_governor = "governor, rods";

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <map>
 
+#include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
-#include "sim/measure/ablation.h"
-#include "sim/measure/joint_gap.h"
-#include "sim/measure/measured_run.h"
-#include "sim/measure/stability_limit.h"
-#include "sim/measure/weight_scene.h"
+#include "sim/loading/file_bytes.h"
+#include "sim/measure/invariants.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -23,17 +21,20 @@ double kinetic_and_spring_energy(const State& state, double stiffness) {
   return 0.5 * state.v[1].linear.squaredNorm() + 0.5 * stiffness * y * y;
 }
 
-Scene weight_on_a_spring(double stiffness) {
-  JointLimit spring;
-  spring.axes = {false, true, false};
-  spring.min = spring.max = 0;
-  spring.stiffness = stiffness;
-  return weight_on_a_joint(0.1, spring);
+constexpr double stability_offset = 0.001;  // m
+
+bool is_stable(const Scene& scene, Algorithm algorithm, const Stabilization& by) {
+  Simulation simulation(scene, {.algorithm = algorithm, .substeps = 8, .tau = by.tau, .kappa = by.kappa});
+  // Apply the row 1600 times: at 0.1 from the border in τ the amplitude changes by far more than a half.
+  for (int i = 0; i < 200; ++i) {
+    if (simulation.step().status == StepReport::Status::diverged) return false;
+  }
+  return std::abs(simulation.state().q[1].linear.y()) < stability_offset;
 }
 
 constexpr std::array mass_ratios{1.0, 10.0, 100.0, 1000.0, 10000.0};
 
-/// The scene with its heaviest body of `ratio` times the lightest's mass.
+/// Returns the scene with its heaviest body of `ratio` times the lightest's mass.
 Scene with_mass_ratio(Scene scene, double ratio) {
   std::size_t heaviest = 0;
   double lightest = 0;
@@ -52,6 +53,40 @@ Scene with_mass_ratio(Scene scene, double ratio) {
 
 }  // namespace
 
+Scene weight_on_a_joint(double height, const std::array<bool, 3>& axes, std::optional<double> stiffness) {
+  Scene scene;
+  scene.name = "one weight";
+  scene.gravity.setZero();
+  scene.bodies.resize(2);
+  scene.bodies[0].name = "world";
+  Body& weight = scene.bodies[1];
+  weight.name = "weight";
+  weight.inverse_mass = 1;
+  weight.inverse_inertia = Vector3::Constant(10);
+  weight.pose.position = {0, height, 0};
+  Joint& joint = scene.joints.emplace_back();
+  joint.name = "joint";
+  joint.body_b = 1;
+  joint.limits.push_back({.axes = axes, .min = 0, .max = 0, .stiffness = stiffness});
+  return scene;
+}
+
+std::vector<StabilityPoint> stability_map() {
+  // Three rows, each the scalar row.
+  const Scene scene = weight_on_a_joint(stability_offset, {true, true, true});
+  std::vector<StabilityPoint> points;
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    for (int k = 0; k < 10; ++k) {
+      for (int t = 0; t < 20; ++t) {
+        const double kappa = 0.1 + 0.2 * k;
+        const double tau = 0.1 + 0.2 * t;
+        points.push_back({algorithm, tau, kappa, is_stable(scene, algorithm, {tau, kappa})});
+      }
+    }
+  }
+  return points;
+}
+
 std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
                                            int most) {
   std::vector<MassRatioPoint> points;
@@ -66,6 +101,30 @@ std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& s
     }
   }
   return points;
+}
+
+StabilityLimit stability_limit(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
+                               int most) {
+  StabilityLimit limit;
+  limit.most = most;
+  std::map<int, bool> known;
+  const auto is_bounded = [&](int divisions) {
+    const auto found = known.find(divisions);
+    if (found != known.end()) return found->second;
+    ++limit.runs;
+    return known[divisions] = measure(scene, divided(settings, divisions), reference, false).bounded;
+  };
+  // A lucky coarse run does not count: two finer ones must be bounded too.
+  int high = 1;
+  while (high <= most && !(is_bounded(high) && is_bounded(2 * high) && is_bounded(4 * high))) high *= 2;
+  if (high > most) return limit;
+  int low = high / 2;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (is_bounded(middle) ? high : low) = middle;
+  }
+  limit.divisions = high;
+  return limit;
 }
 
 std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& settings, double horizon,
@@ -115,9 +174,8 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings) {
   std::vector<StiffnessPoint> points;
   for (const int rate : {30, 60, 120, 240, 480}) {
     for (int exponent = 0; exponent <= 8; ++exponent) {
-      double stiffness = 1;
-      for (int i = 0; i < exponent; ++i) stiffness *= 10;
-      const Scene scene = weight_on_a_spring(stiffness);
+      const double stiffness = std::pow(10, exponent);
+      const Scene scene = weight_on_a_joint(0.1, {false, true, false}, stiffness);
       Settings one = settings;
       one.step = 1.0 / rate;
       Simulation simulation(scene, one);
@@ -125,8 +183,7 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings) {
       double end = 0;
       for (int k = 0; k < rate && std::isfinite(end); ++k) {
         const bool diverged = simulation.step().status == StepReport::Status::diverged;
-        end = diverged ? std::numeric_limits<double>::infinity()
-                       : kinetic_and_spring_energy(simulation.state(), stiffness);
+        end = diverged ? infinite : kinetic_and_spring_energy(simulation.state(), stiffness);
       }
       points.push_back({one.step, stiffness, end / start});
     }
@@ -157,20 +214,6 @@ Scene lengthened_chain(const Scene& scene, int links) {
   return chain;
 }
 
-std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon) {
-  Settings settings;
-  settings.algorithm = Algorithm::a3;
-  settings.step = scene.step;
-  settings.substeps = substeps;
-  const MeasuredRun exact = measured_run(scene, settings, horizon);
-  std::vector<double> costs;
-  for (const Approximation approximation : approximations) {
-    Simulation simulation(scene, settings, ablation_procedure(approximation));
-    costs.push_back(position_difference(measured_run(simulation, horizon), exact));
-  }
-  return costs;
-}
-
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) {
   const Sampling sampling(settings.step, scene.step);
   Simulation simulation(scene, settings);
@@ -187,6 +230,25 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) 
         {k * settings.step, joints.gap(state), meter.depth(state), energy(scene, state) - start});
   }
   return points;
+}
+
+FrozenProblem load_frozen_problem(const std::filesystem::path& file) {
+  constexpr std::uintmax_t largest = std::uintmax_t{1} << 28;  // bytes: 1000 contacts, dense, are 1.7e8
+  return parse_frozen_problem(read_bytes(file, file.string(), largest), file.string());
+}
+
+std::vector<SweepError> sweep_errors(const FrozenProblem& problem, double tolerance) {
+  constexpr int most = 4096;
+  std::vector<SweepError> errors;
+  std::vector<double> lambda;
+  int done = 0;
+  for (int sweeps = 1; sweeps <= most; sweeps *= 2) {
+    sweep_rows(problem, lambda, sweeps - done);
+    done = sweeps;
+    errors.push_back({sweeps, cone_error(problem, lambda).natural_map});
+    if (!(errors.back().error > tolerance) || !std::isfinite(errors.back().error)) break;
+  }
+  return errors;
 }
 
 }  // namespace substep

@@ -1,13 +1,39 @@
 #pragma once
-/// Measures the ranges in which algorithms work: mass ratio against sub-steps, step against a spring's
-/// stiffness, AVBD's β against masses.
-/// For τ against κ see stability_map.h.
+/// Measures the ranges in which algorithms work: τ against κ, mass ratio against sub-steps, step against a
+/// spring's stiffness, AVBD's β against masses; and the convergence of row-by-row sweeps.
 
+#include <array>
+#include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "sim/measure/metrics.h"
 
 namespace substep {
+
+struct FrozenProblem;
+
+/// Returns the smallest scene to measure: 1 kg without gravity, `height` m above a joint to the world that
+/// holds these axes, hard or by a spring.
+Scene weight_on_a_joint(double height, const std::array<bool, 3>& axes, std::optional<double> stiffness = {});
+
+struct StabilityPoint {
+  Algorithm algorithm;
+  double tau;
+  double kappa;
+  bool stable;  ///< a row that was off by 1 mm came closer
+};
+
+/// Returns τ on the border, above which a row is unstable. For one scalar equality row, with u = Jv and β for
+/// its state, u' = (1 − κ) u + τ β and β' = β − u'. Both eigenvalues are within the unit circle if and only
+/// if 0 < κ < 2 and 0 < τ < 4 − 2κ.
+constexpr double stability_border(double kappa) {
+  return 4 - 2 * kappa;
+}
+
+/// Runs A3, A4 and A5 on a grid over 0 < κ < 2, 0 < τ < 4 that stays 0.1 off the border: for each point one
+/// weight without gravity, whose rows are the scalar row.
+std::vector<StabilityPoint> stability_map();
 
 struct MassRatioPoint {
   double ratio;  ///< of the heaviest body's mass to the lightest's
@@ -20,6 +46,19 @@ struct MassRatioPoint {
 /// with n = 1, 2, 4, … `most`; A1 and A2 divide the step by n instead. `settings` has the other settings.
 std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
                                            int most);
+
+struct StabilityLimit {
+  /// The smallest number that stays bounded, as do its double and its fourfold: of sub-steps n (A3 to A5,
+  /// Soft Step), of iterations (AVBD), or of parts of the scene's step (A1, A2). 0: none up to `most` does.
+  int divisions = 0;
+  int most = 0;
+  int runs = 0;  ///< made for the search
+};
+
+/// Finds by bisection the coarsest setting with which an algorithm stays bounded on a scene
+/// (Metrics::bounded). `settings` has all but n, or but the step; its step is the scene's.
+StabilityLimit stability_limit(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
+                               int most);
 
 struct NeededSubsteps {
   double ratio;  ///< of the heaviest body's mass to the lightest's
@@ -54,10 +93,6 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 /// bodies.
 Scene lengthened_chain(const Scene& scene, int links);
 
-/// Returns the cost of each approximation, in the order of `approximations`: the largest distance of a body
-/// from its position in A3 at the horizon, m.
-std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon);
-
 /// Violations and energy of a run at one time.
 struct HistoryPoint {
   double time;
@@ -67,5 +102,18 @@ struct HistoryPoint {
 };
 /// Returns joint gap, penetration and energy at the end of each of the scene's steps, until the run diverges.
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
+
+/// Reads a problem's file. Throws Error that names the file, the position and the fault.
+FrozenProblem load_frozen_problem(const std::filesystem::path& file);
+
+/// The natural map's error after a number of sweeps, see sweep_rows().
+struct SweepError {
+  int sweeps;
+  double error;
+};
+
+/// Returns the errors after 1, 2, 4, … sweeps from zero, until one is at most `tolerance`, or after 4096
+/// sweeps.
+std::vector<SweepError> sweep_errors(const FrozenProblem& problem, double tolerance);
 
 }  // namespace substep

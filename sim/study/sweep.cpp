@@ -113,8 +113,8 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   record.size = size_of(scene);
   record.duration = scene.duration;
   record.reference = reference.method;
-  record.uncertainty = reference.uncertainty;
-  record.turn_uncertainty = reference.turn_uncertainty;
+  record.uncertainty = reference.uncertainty().position;
+  record.turn_uncertainty = reference.uncertainty().turn;
   record.horizon = reference.horizon;
   record.divergence_point = reference.divergence_point;
   if (!job.engine.empty()) {

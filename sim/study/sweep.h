@@ -13,8 +13,8 @@
 
 #include "sim/measure/metrics.h"
 #include "sim/measure/reference_cache.h"
-#include "sim/measure/stability_limit.h"
-#include "sim/measure/stage_times.h"
+#include "sim/measure/stepper.h"
+#include "sim/measure/validity_maps.h"
 #include "sim/study/sweep_file.h"
 
 namespace substep {

@@ -11,8 +11,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/json_value.h"
-#include "sim/measure/metrics_json.h"
-#include "sim/measure/settings_json.h"
+#include "sim/measure/json.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep {

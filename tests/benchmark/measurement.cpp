@@ -7,7 +7,7 @@
 #include <ctime>
 #include <limits>
 
-#include "sim/measure/stage_times.h"
+#include "sim/measure/stepper.h"
 #include "sim/simulation.h"
 
 namespace substep::benchmark {

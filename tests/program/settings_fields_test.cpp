@@ -12,7 +12,7 @@
 #include "program.h"
 #include "render/video/panel.h"
 #include "sim/log/pose_log.h"
-#include "sim/measure/settings_json.h"
+#include "sim/measure/json.h"
 #include "sim/model/settings_fields.h"
 #include "sim/study/sweep_file.h"
 #include "sim/study/sweep_record.h"

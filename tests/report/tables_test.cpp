@@ -13,7 +13,7 @@
 #include "render/report/report_tables.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/measure/joint_gap.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
@@ -139,7 +139,7 @@ TEST(ValidityMaps, JoinTheLinksOfALongerChain) {
   const Scene chain = lengthened_chain(load_scene(scenes() / "rod_chain.gltf"), 12);
   EXPECT_EQ(chain.bodies.size(), 13u);
   EXPECT_EQ(chain.joints.size(), 12u);
-  EXPECT_LT(joint_gap(chain, initial_state(chain)), 1e-12);
+  EXPECT_LT(JointGapMeter(chain).gap(initial_state(chain)), 1e-12);
   EXPECT_THROW(lengthened_chain(load_scene(scenes() / "pendulum.gltf"), 5), Error);
 }
 

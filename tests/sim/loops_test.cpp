@@ -16,9 +16,8 @@
 
 #include "sim/loading/load_scene.h"
 #include "sim/measure/invariants.h"
-#include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"
-#include "sim/measure/reference_integrator.h"
+#include "sim/measure/stepper.h"
 #include "tests/scene_files.h"
 #include "tests/sim/minimal_coordinates.h"
 #include "tests/sim/random_trials.h"

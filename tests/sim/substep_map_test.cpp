@@ -9,8 +9,7 @@
 #include <string>
 
 #include "sim/error.h"
-#include "sim/measure/measured_run.h"
-#include "sim/measure/weight_scene.h"
+#include "sim/measure/validity_maps.h"
 #include "sim/simulation.h"
 #include "tests/scene_files.h"
 
@@ -26,10 +25,7 @@ double closed_form(double tau, double kappa) {
 }
 
 TEST(SubstepMap, OneRowMatchesClosedForm) {
-  JointLimit locked;
-  locked.axes = {true, true, true};
-  locked.min = locked.max = 0;
-  const Scene weight = weight_on_a_joint(0, locked);
+  const Scene weight = weight_on_a_joint(0, {true, true, true});
   for (const double kappa : {0.3, 0.9, 1.0, 1.7}) {
     for (const double tau : {0.1, 0.6, 1.0, 2.5}) {
       for (const Joints joints : {Joints::rows, Joints::plain}) {

@@ -16,7 +16,7 @@
 #include "sim/execution/child_process.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_table.h"
-#include "sim/measure/scene_json.h"
+#include "sim/measure/json.h"
 
 namespace substep {
 namespace {

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "sim/error.h"
-#include "sim/measure/reference_integrator.h"
+#include "sim/measure/stepper.h"
 #include "sim/study/engines/command_engine.h"
 #include "sim/study/engines/engine_scene.h"
 #include "sim/study/engines/engine_steppers.h"

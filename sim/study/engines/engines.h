@@ -14,7 +14,7 @@ struct Engine {
   std::string name;      ///< as sweep files say: "bullet-si"; letters, digits and -
   std::string label;     ///< as figures say: "Bullet 3.24 SI"
   std::string settings;  ///< what else was set, for captions
-  bool is_ours;          ///< the accurate mode: reference_integrator.h
+  bool is_ours;          ///< the accurate mode: reference_integrator.cpp
   /// Makes a stepper of a scene, with the step and, where the engine has iterations, `iterations` of the
   /// settings. Throws Error where the engine is not installed, with what to install, or where it cannot
   /// represent the scene, which is then listed as omitted. May be called from several threads at once.
