@@ -7,12 +7,12 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <tuple>
 
-#include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
 #include "sim/model/usual_settings.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
@@ -21,8 +21,9 @@ constexpr double pi = std::numbers::pi;
 const Vector3 along = Vector3(2, -3, 6) / 7;  // unit
 const Vector3 across = Vector3(3, 6, 2) / 7;  // unit, across `along`
 const Vector3 centre(0.3, -1.2, 0.7);
+const Vector3 other_centre(1, 2, 3);
 
-/// The world and two bodies of 2 and 3 kg.
+/// Returns the world and two bodies of 2 and 3 kg.
 Scene two_bodies() {
   Scene scene;
   scene.duration = 2;
@@ -31,7 +32,7 @@ Scene two_bodies() {
     scene.bodies[i].name = i == 1 ? "one" : "other";
     scene.bodies[i].inverse_mass = 1.0 / (i + 1);
     scene.bodies[i].inverse_inertia = Vector3(1, 0.5, 0.25);
-    scene.bodies[i].pose.position = i == 1 ? centre : Vector3(1, 2, 3);
+    scene.bodies[i].pose.position = i == 1 ? centre : other_centre;
   }
   return scene;
 }
@@ -47,11 +48,20 @@ Expectation of(Quantity quantity, double value, double tolerance = 0.01) {
   return e;
 }
 
+/// Returns an expectation of the value at a time.
+Expectation at(double time, Quantity quantity, double value = 0) {
+  Expectation e = of(quantity, value);
+  e.reading = Reading::at;
+  e.from = e.to = time;
+  return e;
+}
+
 using Move = std::function<void(State&, double)>;
 
 /// Returns the figures of a run whose states `move` derives from the start.
 std::vector<ExpectedFigure> figures(Scene scene, const std::vector<Expectation>& expected, const Move& move,
-                                    double step = 1.0 / 64, double ends = 2) {
+                                    double ends = 2) {
+  constexpr double step = 1.0 / 64;
   scene.expected = expected;
   State start = initial_state(scene);
   move(start, 0);
@@ -68,38 +78,46 @@ double measured(const Expectation& expectation, const Move& move) {
   return figures(two_bodies(), {expectation}, move).at(0).measured;
 }
 
-/// 1.5 m/s along the direction, and a swing of 0.4 m across it.
+/// Moves at 1.5 m/s along the direction, and swings by 0.4 m across it.
 void glide(State& state, double t) {
   state.q[1].linear += 1.5 * t * along + 0.4 * std::sin(pi * t) * across;
   state.v[1].linear = 1.5 * along + 0.4 * pi * std::cos(pi * t) * across;
 }
 
-TEST(Expectations, DisplacementTakesLargestOfAllBodies) {
+TEST(Expectations, WorstOfSeveralBodiesCounts) {
   Expectation e = of(Quantity::displacement, 0, 0.3);
   e.bodies = {1, 2};
-  const Move move = [](State& state, double t) { state.q[2].linear += 0.4 * std::sin(pi * t) * across; };
-  const auto result = figures(two_bodies(), {e}, move);
+  const Move swing = [](State& state, double t) { state.q[2].linear += 0.4 * std::sin(pi * t) * across; };
+  const auto result = figures(two_bodies(), {e}, swing);
   EXPECT_NEAR(result[0].measured, 0.4, 1e-12);  // at 0.5 s, and at 2 s it is back
   EXPECT_NEAR(result[0].error(), 0.4, 1e-12);
   EXPECT_TRUE(result[0].is_bad());
   EXPECT_EQ(result[0].unit, "m");
+  e = at(2, Quantity::way, 1);
+  e.bodies = {1, 2};
+  const Move move = [](State& state, double t) {
+    state.q[1].linear += 0.45 * t * along;
+    state.q[2].linear += 0.6 * t * along;
+  };
+  for (const auto& [bound, worst] :
+       {std::pair{Bound::equal, 1.2}, {Bound::at_least, 0.9}, {Bound::at_most, 1.2}}) {
+    e.bound = bound;
+    EXPECT_NEAR(measured(e, move), worst, 1e-12);
+  }
 }
 
-TEST(Expectations, WayPositionVelocityFollowDirection) {
-  Expectation way = of(Quantity::way, 1.5 * 0.77);
-  way.reading = Reading::at;
-  way.from = way.to = 0.77;  // between two steps
-  EXPECT_NEAR(measured(way, glide), 1.5 * 0.77, 1e-12);
-  Expectation position = of(Quantity::position, 0);
-  position.reading = Reading::at;
-  position.from = position.to = 2;
-  EXPECT_NEAR(measured(position, glide), centre.dot(along) + 3, 1e-12);
-  position.relative_to = 2;
-  EXPECT_NEAR(measured(position, glide), (centre - Vector3(1, 2, 3)).dot(along) + 3, 1e-12);
-  way.relative_to = 2;
-  EXPECT_NEAR(measured(way, glide), 1.5 * 0.77, 1e-12);
-  EXPECT_NEAR(measured(of(Quantity::velocity, 0), glide), 1.5, 1e-12);
-  EXPECT_NEAR(measured(of(Quantity::speed, 0), glide), std::hypot(1.5, 0.4 * pi), 1e-12);
+TEST(Expectations, QuantitiesFollowDirectionAndBody) {
+  for (const auto& [quantity, time, relative_to, value] :
+       {std::tuple{Quantity::way, 0.77, 0, 1.5 * 0.77},  // between two steps
+        {Quantity::way, 0.77, 2, 1.5 * 0.77},
+        {Quantity::position, 2.0, 0, centre.dot(along) + 3},
+        {Quantity::position, 2.0, 2, (centre - other_centre).dot(along) + 3},
+        {Quantity::velocity, 2.0, 0, 1.5},
+        {Quantity::speed, 2.0, 0, std::hypot(1.5, 0.4 * pi)}}) {
+    Expectation e = at(time, quantity);
+    e.relative_to = relative_to;
+    EXPECT_NEAR(measured(e, glide), value, 1e-12) << name(quantity) << " " << relative_to;
+  }
 }
 
 TEST(Expectations, ThroughoutFindsWorstValue) {
@@ -113,26 +131,24 @@ TEST(Expectations, ThroughoutFindsWorstValue) {
   EXPECT_NEAR(measured(e, glide), 0.4 * pi * std::cos(pi / 4), 1e-12);
   e.to = INFINITY;
   e.from = 0;
-  e.bound = Bound::at_most;
-  e.value = 1;
-  const auto result = figures(two_bodies(), {e}, glide);
-  EXPECT_NEAR(result[0].measured, 0.4 * pi, 1e-12);
-  EXPECT_NEAR(result[0].error(), 0.4 * pi - 1, 1e-12);
-  e.value = 1.3;
-  EXPECT_EQ(figures(two_bodies(), {e}, glide)[0].error(), 0);
-  e.bound = Bound::at_least;
-  e.value = -1;
-  EXPECT_NEAR(figures(two_bodies(), {e}, glide)[0].error(), 0.4 * pi - 1, 1e-12);
+  for (const auto& [bound, value, error] : {std::tuple{Bound::at_most, 1.0, 0.4 * pi - 1},
+                                            {Bound::at_most, 1.3, 0.0},
+                                            {Bound::at_least, -1.0, 0.4 * pi - 1}}) {
+    e.bound = bound;
+    e.value = value;
+    const ExpectedFigure figure = figures(two_bodies(), {e}, glide)[0];
+    EXPECT_NEAR(std::abs(figure.measured), 0.4 * pi, 1e-12);
+    EXPECT_NEAR(figure.error(), error, 1e-12);
+  }
 }
 
 TEST(Expectations, MeanCoversItsInterval) {
   Expectation e = of(Quantity::velocity, 0);
   e.direction = across;
   e.reading = Reading::mean;
-  e.from = 0;
   e.to = 0.5;
-  EXPECT_NEAR(measured(e, glide), 0.4 * pi * 2 / pi,
-              2e-4);  // of cos over a quarter: 2/π; trapezoids of 1/64 s
+  // The mean of cos over a quarter is 2/π; trapezoids of 1/64 s err.
+  EXPECT_NEAR(measured(e, glide), 0.4 * pi * 2 / pi, 2e-4);
 }
 
 /// Bounces up to 1, then 1/2, then 1/4: |cos| damped from one to the next, on a slope.
@@ -160,11 +176,12 @@ TEST(Expectations, CrossingsAreInterpolatedBetweenSteps) {
   Expectation e = of(Quantity::velocity, 0);
   e.direction = across;
   e.reading = Reading::crossing;
-  EXPECT_NEAR(measured(e, glide), 0.5, 1e-3);
-  e.count = 2;
-  EXPECT_NEAR(measured(e, glide), 1.5, 1e-3);
-  e.level = 0.4 * pi * std::cos(pi / 3);
-  EXPECT_NEAR(measured(e, glide), 5.0 / 3, 1e-3);
+  const double level = 0.4 * pi * std::cos(pi / 3);
+  for (const auto& [at_level, count, time] : {std::tuple{0.0, 1, 0.5}, {0.0, 2, 1.5}, {level, 2, 5.0 / 3}}) {
+    e.level = at_level;
+    e.count = count;
+    EXPECT_NEAR(measured(e, glide), time, 1e-3);
+  }
   e.count = 3;
   EXPECT_EQ(measured(e, glide), INFINITY);
   EXPECT_STREQ(unit_of(e), "s");
@@ -184,19 +201,16 @@ TEST(Expectations, EndsStaysAtFirstCrossing) {
   e.level = 1.2;
   EXPECT_NEAR(measured(e, glide), 0.8, 1e-12);
   e.bodies = {2};
-  const auto cut = figures(two_bodies(), {e}, glide, 1.0 / 64, 1);
+  const auto cut = figures(two_bodies(), {e}, glide, 1);
   EXPECT_NEAR(cut[0].measured, 1, 1e-12);
   EXPECT_TRUE(cut[0].is_bad());
 }
 
 TEST(Expectations, ReadsContactsOfTheStep) {
   Scene scene = two_bodies();
-  Expectation impulse = of(Quantity::contact_impulse, 5);
-  impulse.reading = Reading::at;
-  impulse.from = impulse.to = 1;
   Expectation work = of(Quantity::contact_work, 0);
   work.bound = Bound::at_most;
-  scene.expected = {impulse, work};
+  scene.expected = {at(1, Quantity::contact_impulse, 5), work};
   const State start = initial_state(scene);
   ExpectationMeter meter(scene, start);
   EXPECT_TRUE(meter.needs_contacts());
@@ -208,9 +222,8 @@ TEST(Expectations, ReadsContactsOfTheStep) {
                                              {2, 1, state.q[1].linear + 0.5 * across, -2 * along + across},
                                              {1, 0, state.q[1].linear, 7 * across}};
   meter.add(state, 1, &contacts);
-  std::vector<ExpectedFigure> result = meter.figures(false);
-  EXPECT_NEAR(result[0].measured, 5, 1e-12);
-  EXPECT_NEAR(result[1].measured, 0.75, 1e-12);
+  EXPECT_NEAR(meter.figures(false)[0].measured, 5, 1e-12);
+  EXPECT_NEAR(meter.figures(false)[1].measured, 0.75, 1e-12);
   // Without contacts these figures are unknown.
   ExpectationMeter unknown(scene, start);
   unknown.add(state, 1);
@@ -221,7 +234,7 @@ TEST(Expectations, AnglesCountWholeTurns) {
   const Move spin = [](State& state, double t) {
     state.q[1].angular = rotation_quaternion(9 * t * along);
     state.v[1].angular = 9 * along;
-    // Its centre goes round the axis the other way.
+    // Move the centre round the axis the other way.
     const double angle = -7 * t;
     state.q[1].linear =
         centre + 0.6 * (std::cos(angle) * across + std::sin(angle) * along.cross(across)) + 0.3 * t * along;
@@ -230,10 +243,8 @@ TEST(Expectations, AnglesCountWholeTurns) {
                                         {Quantity::azimuth, -14.0},
                                         {Quantity::distance, 0.6},
                                         {Quantity::angular_velocity, 9.0}}) {
-    Expectation e = of(quantity, value);
+    Expectation e = at(2, quantity, value);
     e.centre = centre;
-    e.reading = Reading::at;
-    e.from = e.to = 2;
     EXPECT_NEAR(measured(e, spin), value, 1e-9) << name(quantity);
   }
 }
@@ -274,17 +285,12 @@ TEST(Expectations, InvariantsCountFromStart) {
 }
 
 TEST(Expectations, DivergedRunHasNoLaterValue) {
-  Expectation early = of(Quantity::way, 0);
-  early.reading = Reading::at;
-  early.from = early.to = 0.5;
-  Expectation late = early;
-  late.from = late.to = 1.5;
-  Expectation mean = early;
+  Expectation mean = at(1.5, Quantity::way);
   mean.reading = Reading::mean;
   mean.from = 0.25;
-  mean.to = 1.5;
-  const std::vector<Expectation> expected{early, late, mean, of(Quantity::displacement, 0)};
-  const auto result = figures(two_bodies(), expected, glide, 1.0 / 64, 1);
+  const auto result = figures(
+      two_bodies(), {at(0.5, Quantity::way), at(1.5, Quantity::way), mean, of(Quantity::displacement, 0)},
+      glide, 1);
   EXPECT_NEAR(result[0].measured, 0.75, 1e-12);
   for (const int i : {1, 2, 3}) {
     EXPECT_EQ(result[i].measured, INFINITY) << i;
@@ -297,31 +303,12 @@ TEST(Expectations, ShorterRunOmitsLaterFigures) {
   Expectation late = of(Quantity::way, 0);
   late.needs = 2;
   scene.duration = 1;
-  EXPECT_TRUE(figures(scene, {late}, glide, 1.0 / 64, 1).empty());
-  EXPECT_EQ(figures(scene, {of(Quantity::way, 0)}, glide, 1.0 / 64, 1).size(), 1u);
+  EXPECT_EQ(figures(scene, {late, of(Quantity::way, 0)}, glide, 1).size(), 1u);
 }
 
-TEST(Expectations, WorstOfSeveralBodiesCounts) {
-  Expectation e = of(Quantity::way, 1);
-  e.bodies = {1, 2};
-  e.reading = Reading::at;
-  e.from = e.to = 2;
-  const Move move = [](State& state, double t) {
-    state.q[1].linear += 0.45 * t * along;
-    state.q[2].linear += 0.6 * t * along;
-  };
-  EXPECT_NEAR(measured(e, move), 1.2, 1e-12);
-  e.bound = Bound::at_least;
-  EXPECT_NEAR(measured(e, move), 0.9, 1e-12);
-  e.bound = Bound::at_most;
-  EXPECT_NEAR(measured(e, move), 1.2, 1e-12);
-}
-
-/// End to end: a scene's file, a run of it, and what comes of it.
 TEST(Expectations, InclineBlocksSlideAsCoulombSays) {
-  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/incline.gltf");
-  ASSERT_EQ(scene.expected.size(), 3u);
-  ReferenceMotion reference = reference_motion(scene, 0.1);
+  const Scene scene = scene_named("incline");
+  const ReferenceMotion reference = reference_motion(scene, 0.1);
   const Metrics metrics = measure(scene, usual_settings(scene, Algorithm::a1), reference, false);
   ASSERT_EQ(metrics.expected.size(), 3u);
   EXPECT_LT(metrics.expected[0].measured, 1e-9);

