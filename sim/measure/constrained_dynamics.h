@@ -75,8 +75,8 @@ class ConstrainedDynamics {
     return {all.begin() + static_cast<std::ptrdiff_t>(two_sided_), all.end()};
   }
 
-  /// By drive: the limit of its force that it is stepped with (1, −1; 0: within the limits), and the limit
-  /// that it has reached.
+  /// Return by drive the limit of its force (1, −1; 0: within the limits): that with which it is stepped, and
+  /// that which it has reached.
   const std::vector<int>& drive_sides() const { return drive_sides_; }
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
   std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v) {

@@ -1,6 +1,6 @@
 #pragma once
-/// Compares a run with the known figures of its scene, which hold for the whole duration, also where no
-/// reference follows single bodies.
+/// Compares a run with the known figures of its scene. The figures hold for the whole duration, also after
+/// the reference's horizon.
 
 #include <memory>
 #include <string>
@@ -34,7 +34,7 @@ class ExpectationMeter {
   ExpectationMeter(const ExpectationMeter&) = delete;
   ExpectationMeter& operator=(const ExpectationMeter&) = delete;
 
-  /// True where a figure is one of contacts, which add() then needs.
+  /// Returns true where add() needs the contacts of each step.
   bool needs_contacts() const;
 
   /// Adds the state after a step, at `time` in s, and the step's contacts where they are known. Times must

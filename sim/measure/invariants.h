@@ -25,8 +25,8 @@ struct Momentum {
   Vector3 angular = Vector3::Zero();  ///< about the common centre of mass, N·m·s
 };
 
-/// Returns the momentum of all bodies of finite mass, less what gravity gave in the `time` seconds since the
-/// start.
+/// Returns the momentum of all bodies of finite mass, less the momentum that gravity adds in the `time`
+/// seconds since the start.
 Momentum momentum(const Scene& scene, const State& state, double time);
 
 /// Returns true where all rows belong to hard joints, which neither store nor take energy: there are no
@@ -44,7 +44,7 @@ class JointGapMeter {
  public:
   explicit JointGapMeter(const Scene& scene);
 
-  /// True where no joint has a hard limit.
+  /// Returns true where no joint has a hard limit.
   bool is_empty() const { return held_.empty(); }
   /// Returns the largest gap, m.
   double gap(const State& state) const;

@@ -32,7 +32,7 @@ struct Reference {
   double uncertainty = 0;  ///< by how much one more halving of the steps moved a centre, m
 };
 
-/// Computes the reference from steps of the scene's step over `divisions`, half and twice as large.
+/// Computes the reference from A1 at 2, 1 and 1/2 times the scene's step over `divisions`.
 Reference reference_run(const Scene& scene, double duration, int divisions);
 
 /// Returns the largest distance of a body's centre from the reference, m; infinite where the run diverged.

@@ -36,17 +36,17 @@ struct Metrics {
   double penetration = 0;    ///< largest depth of one collider in another, m
   double energy_change = 0;  ///< end − start, J
   double energy_growth = 0;  ///< largest rise above the start's, J
-  double energy_scale = 0;   ///< what the speeds at the start and a fall by the scene's size are worth, J
+  double energy_scale = 0;   ///< of the start's speeds and a fall by the scene's size, see energy_scale(), J
   double moved = 0;          ///< largest distance of a body's centre from its start, m
   std::optional<double>
       momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
   std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
-  /// Estimate of the largest angle by which a body is turned wrongly, and its momentum with it, where a
-  /// step's rotation is that of the sum of its velocities, as in A4 and A5, rad.
+  /// Estimate of the largest angle by which A4 and A5 turn a body and its momentum wrongly, rad: a step's
+  /// rotation is that of the sum of its velocities.
   double summed_turn = 0;
   std::vector<std::string> passages;  ///< "'ball' passes through 'wall'", see PassageMeter
   std::optional<double> diverged;     ///< when, s
-  /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
+  /// Figures of the scene's whole duration, after every step, that are known without a reference.
   std::vector<ExpectedFigure> expected;
   /// True where the run stays finite, its RMS error is at most a tenth of the scene's size, and violations()
   /// returns nothing unbounded or torn. Where the reference stands still, no body may move by more than a
@@ -62,7 +62,7 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
 /// Measures any stepper, without parts of the error and without a residual.
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
 
-/// True where all bodies start at rest and stay at rest in the reference.
+/// Returns true where all bodies start at rest and stay at rest in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference);
 
 struct Violation {
@@ -75,12 +75,12 @@ struct Violation {
   Severity severity;
 };
 
-/// True where a motor or a moving kinematic body can add energy. A drive that holds a position is a spring,
-/// except one per unit of mass, which counts as a motor.
+/// Returns true where a motor or a moving kinematic body can add energy. A drive that holds a position is a
+/// spring, except one per unit of mass, which counts as a motor.
 bool is_driven(const Scene& scene);
 
-/// Returns the violations that no motion of the scene has. Gaps, penetrations and energies count beyond the
-/// start's own.
+/// Returns the figures of a run that are beyond their limits. Gaps, penetrations and energies count from
+/// those of the start.
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 
 /// Returns these and violations by the settings: see doubt_about_substeps() and Metrics::summed_turn.

@@ -24,7 +24,7 @@ struct SceneMeasurement {
   bool stands = false;  ///< all bodies stay at rest in the reference
   bool driven = false;  ///< a motor or a moving kinematic body adds energy
   std::string modelled;
-  ReferenceMotion reference;  ///< of its motion nothing is printed
+  ReferenceMotion reference;  ///< its motion is not printed
   std::vector<MeasuredSettings> runs;
 };
 

@@ -83,25 +83,25 @@ struct Uncertainty {
 
 struct ReferenceMotion {
   Motion motion;
-  /// "own of order 12 at h/8"; "A1 of order 4 at h/128" (extrapolated from coarser steps), and where the
-  /// scene has no contacts why it is not the first.
+  /// "own of order 12 at h/8", or "A1 of order 4 at h/128" (extrapolated from coarser steps); of a scene
+  /// without contacts, A1's has the reason why the own integrator was not used.
   std::string method;
-  double horizon = 0;            ///< s: after it the reference says nothing more of single bodies
-  std::string divergence_point;  ///< the body of which two refinements then say different things; empty: none
+  double horizon = 0;            ///< s: the positions of single bodies are not known after it
+  std::string divergence_point;  ///< the body in which two refinements then differ most; empty: none
   std::vector<Uncertainty> uncertainties = {};  ///< by sample until the horizon
 
   /// Returns the uncertainty of any body before the horizon: by how much refinements moved it.
   Uncertainty uncertainty() const { return uncertainties.empty() ? Uncertainty{} : uncertainties.back(); }
 };
 
-/// Computes the motion without a step's error. Where the scene has no contacts: by the reference DAE
-/// integrator of reference_integrator.cpp, in order 12, with steps halved until no digit moves any more: down
-/// to 1/64 of the scene's, and where that is too coarse for a stiff spring as far as a few seconds of
-/// computing allow. Else, and where that lasts longer: A1 at steps halved again and again, extrapolated to
-/// step zero (Richardson; Romberg's table). Of the table's columns the one is taken that two refinements
-/// agree on longest: a high one where the motion is smooth, none where contacts open and close. The horizon
-/// is where two refinements differ by 2e-5 of the scene's size, and at most `duration`; the motion may end
-/// with the next sample. A1's refinements run on `threads` threads; the result is the same for any number.
+/// Computes the motion without a step's error. Scenes without contacts: by the reference DAE integrator of
+/// reference_integrator.cpp in order 12, with steps halved until no digit changes: down to 1/64 of the
+/// scene's step, and for stiff springs as far as a few seconds of computing allow. Scenes with contacts, and
+/// scenes for which it lasts longer: by A1 at steps halved repeatedly, extrapolated to step zero (Richardson;
+/// Romberg's table). The result is the table's column in which two refinements agree longest: a high one for
+/// a smooth motion, the first where contacts open and close. The horizon is the time at which two refinements
+/// differ by 2e-5 of the scene's size, at most `duration`; the motion may end one sample later. A1's
+/// refinements run on `threads` threads; the result is the same for any number.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads = 1);
 
 }  // namespace substep

@@ -13,13 +13,13 @@
 
 namespace substep {
 
-/// Detects bodies that pass through others within a step, which no state shows. The
-/// middle of a collider passes through another collider if its path in that one's frame leaves a convex solid
-/// by a side that faces away from the one where it came in, comes within half the radius of a ball's or
-/// capsule's axis, or goes behind the front of a triangle mesh. Within a step each body goes straight on with
-/// its old velocity and then with its new one, and turns evenly. Planes have no other side: penetration shows
-/// what is below. Looked at is only what moves in a step by more than the radius of a ball that fits into it,
-/// and nothing that turns by more than 2.5 rad.
+/// Detects bodies that pass through others within a step, which no state shows. The middle of a collider
+/// passes through another collider if its path in that one's frame leaves a convex solid by a side that faces
+/// away from the side of entry, comes within half the radius of the axis of a ball or capsule, or goes behind
+/// the front of a triangle mesh. Within a step each body moves straight with its old velocity and then with
+/// its new one, and turns evenly. Planes have no other side: a body below one counts as penetration. The
+/// meter ignores colliders that move in a step by less than the radius of a ball that fits into them, and
+/// bodies that turn by more than 2.5 rad.
 class PassageMeter {
  public:
   PassageMeter(const Scene& scene, const State& start);  ///< the scene must outlive it
@@ -31,7 +31,7 @@ class PassageMeter {
   const std::set<std::pair<int, int>>& passages() const { return passages_; }
 
  private:
-  /// A collider as others may pass through it.
+  /// A collider that others may pass through.
   struct Obstacle {
     std::optional<Polytope> facets;  ///< of a cylinder
     Vector3 middle;                  ///< body frame
@@ -52,7 +52,7 @@ class PassageMeter {
     double spun;    ///< by the larger of the two spins, rad
     Pose at(double time) const;
   };
-  /// A bound of the way of a collider's middle in the frame of another, m.
+  /// Returns a bound of the length of the path of a collider's middle in the frame of another, m.
   double longest_way(std::size_t point, std::size_t through) const;
   bool passes(std::size_t point, std::size_t through) const;
 

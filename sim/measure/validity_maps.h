@@ -56,7 +56,7 @@ struct StabilityLimit {
 };
 
 /// Finds by bisection the coarsest setting with which an algorithm stays bounded on a scene
-/// (Metrics::bounded). `settings` has all but n, or but the step; its step is the scene's.
+/// (Metrics::bounded). `settings` holds all but the number that is searched; its step is the scene's.
 StabilityLimit stability_limit(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
                                int most);
 
@@ -82,7 +82,7 @@ std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings);
 struct StiffnessPoint {
   double step;       ///< s
   double stiffness;  ///< N/m, of a spring without damping under 1 kg
-  double energy;     ///< after 1 s, over the start's; not finite where it blew up. Exactly 1 is right
+  double energy;     ///< after 1 s, over the start's; not finite where it blew up. Exactly 1 is correct
 };
 
 /// Runs a weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.

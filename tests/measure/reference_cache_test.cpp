@@ -126,8 +126,12 @@ TEST(CachedReference, IsReadForOneHashAndComputedForAnother) {
     ASSERT_EQ(read.uncertainties.size(), computed.uncertainties.size());
     ASSERT_EQ(read.motion.samples.size(), computed.motion.samples.size());
     EXPECT_EQ(read.motion.interval, computed.motion.interval);
-    for (std::size_t k = 0; k < read.motion.samples.size(); ++k)
-      EXPECT_EQ(hash(read.motion.samples[k]), hash(computed.motion.samples[k])) << k;
+    for (std::size_t k = 0; k < read.motion.samples.size(); ++k) {
+      State kept;  // of a state, its coordinates and velocities
+      kept.q = computed.motion.samples[k].q;
+      kept.v = computed.motion.samples[k].v;
+      EXPECT_EQ(hash(read.motion.samples[k]), hash(kept)) << k;
+    }
     ++changed.hash;
     const ReferenceMotion other = reference_motion(changed, 0.2, 2, cache);
     EXPECT_GT((other.motion.samples.back().q[1].linear - computed.motion.samples.back().q[1].linear).norm(),
