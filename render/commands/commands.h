@@ -11,7 +11,5 @@ void add_video_command(CLI::App& app);
 void add_player_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_report_command(CLI::App& app);
-/// To the command report.
-void add_figure_command(CLI::App& report);
 
 }  // namespace substep::render

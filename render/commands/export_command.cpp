@@ -7,7 +7,7 @@
 
 #include "render/animated_glb.h"
 #include "render/commands/commands.h"
-#include "render/commands/run_input.h"
+#include "render/commands/options.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 

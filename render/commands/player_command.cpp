@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
-#include "render/commands/comparison_options.h"
+#include "render/commands/options.h"
 #include "render/player/player_page.h"
 #include "render/site/site.h"
 #include "render/video/composition.h"
@@ -123,8 +123,7 @@ void add_player_command(CLI::App& app) {
       "no other file, but a browser with WebGL 2. Its positions are good to a few millionths of the scene's "
       "size, its turns to 3e-5 rad.\n"
       "A folder of pages is made for a web server. There each scene also has the text of the Markdown file "
-      "beside it and a table of the errors. A scene that cannot be shown is named, and the others are "
-      "done.\n"
+      "beside it and a table of the errors. A scene that cannot be shown is named, and the others are done.\n"
       "Example:\n  substep player scenes/heavy_chain.gltf --panel a5,n=4 --panel bullet --output chain.html\n"
       "  substep player scenes/*.gltf --output site");
   command->callback([options, command] {

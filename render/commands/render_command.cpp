@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
-#include "render/commands/render_options.h"
+#include "render/commands/render_layouts.h"
 #include "render/image.h"
 #include "render/renderer.h"
 #include "render/video/film_camera.h"
@@ -27,8 +27,9 @@ namespace fs = std::filesystem;
 
 int frame_in(const std::string& text) {
   int frame = -1;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), frame);
-  if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size() || frame < 0) {
+  const char* const end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, frame);
+  if (parsed.ec != std::errc{} || parsed.ptr != end || frame < 0) {
     throw Error(fmt::format("--frame '{}': give a frame's number or 'all'", text));
   }
   return frame;
@@ -41,17 +42,17 @@ double time_in(const std::string& text) {
 }
 
 /// Returns the last frame that the chosen pictures need.
-Until last_of(const RenderOptions& options) {
-  Until until;
+RunEnd last_of(const RenderOptions& options) {
+  RunEnd end;
   for (const std::string& text : options.frames) {
     if (text == "all") return {};
-    until.frame = std::max(until.frame.value_or(0), frame_in(text));
+    end.frame = std::max(end.frame.value_or(0), frame_in(text));
   }
   for (const std::string& text : options.times) {
-    until.time = std::max(until.time.value_or(0), time_in(text));
+    end.time = std::max(end.time.value_or(0), time_in(text));
   }
-  if (!until.frame && !until.time) until.frame = 0;
-  return until;
+  if (!end.frame && !end.time) end.frame = 0;
+  return end;
 }
 
 /// Returns the frame nearest to a time among those with poses.
@@ -66,7 +67,7 @@ int frame_at(const PoseLog& log, double time) {
   return static_cast<int>(frame);
 }
 
-/// A number among the log's frames, which has poses.
+/// Returns the frame's number. Throws Error where the log does not have it, or not its poses.
 int require_frame(const PoseLog& log, int frame) {
   const int last = static_cast<int>(log.frames.size()) - 1;
   if (frame > last) {
@@ -106,12 +107,12 @@ LoadedRun load(const RenderOptions& options, Progress& progress) {
   return options.run.load(last_of(options), progress);
 }
 
-/// Where pictures go: a folder, or one file.
+/// Returns the folder or file of the pictures.
 fs::path output_of(const RenderOptions& options) {
   return options.output.value_or(".");
 }
 
-/// Draws all these frames as one picture.
+/// Draws these frames in one picture.
 void draw_strobe(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
                  const std::vector<int>& frames) {
   if (frames.size() < 2)
@@ -223,7 +224,7 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
   }
 }
 
-/// Throws Error where an option was typed that the layout does not read. Notes whether one is of a run.
+/// Throws Error where a typed option is of another layout. Notes whether one is of a simulated run.
 void check_options(const CLI::App& command, RenderOptions& options) {
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_single_name();
@@ -261,9 +262,9 @@ void add_render_command(CLI::App& app) {
       ->add_option("--camera", options->camera,
                    "scene (its first), fit (all that moves) or name:CAMERA, another of the scene's")
       ->capture_default_str();
-  command->add_option("--size", options->size,
-                      "Width and height of a picture in pixels (1280x720; 256x144 on a sheet, 640x360 of "
-                      "stills)");
+  command->add_option(
+      "--size", options->size,
+      "Width and height of a picture in pixels (1280x720; 256x144 on a sheet, 640x360 of stills)");
   command->add_option(
       "--output", options->output,
       "A folder (.), or for one picture a .png file (SCENE.png; sheet.png), of stills a .pdf too");

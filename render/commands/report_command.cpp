@@ -7,15 +7,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "render/commands/commands.h"
+#include "render/commands/options.h"
 #include "render/report/figures.h"
 #include "render/report/report.h"
 #include "render/video/time_sheet.h"
 #include "sim/commands/commands.h"
-#include "sim/commands/options.h"
-#include "sim/commands/progress.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/model/usual_settings.h"
@@ -24,6 +25,140 @@ namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
+
+void print(const std::vector<TextTable>& tables) {
+  std::string text;
+  for (const TextTable& table : tables) text += (text.empty() ? "" : "\n") + to_markdown(table);
+  fmt::print("{}", text);
+}
+
+struct FigureOptions {
+  std::string name;
+  fs::path results = "out/report";
+  fs::path scenes = "scenes";
+  std::vector<fs::path> problems;
+  std::optional<fs::path> output;
+  std::optional<std::string> width;
+  std::optional<std::string> x_range;
+  std::optional<std::string> y_range;
+  std::vector<std::string> panels;
+  std::vector<std::string> series;
+  bool no_title = false;
+  bool caption = false;
+  bool no_caption = false;
+  bool numbers = false;
+  report::FigureStyle style;
+};
+
+report::PictureFormat format_of(const fs::path& output) {
+  const std::string extension = output.extension().string();
+  if (extension == ".svg") return report::PictureFormat::svg;
+  if (extension == ".pdf") return report::PictureFormat::pdf;
+  if (extension == ".png") return report::PictureFormat::png;
+  throw Error(fmt::format("{}: give a name that ends in .svg, .pdf or .png", output.string()));
+}
+
+/// Reads FROM:TO; nothing where it was not typed. Throws Error.
+std::optional<std::array<double, 2>> range_in(const std::optional<std::string>& text, const char* option) {
+  if (!text) return std::nullopt;
+  const std::size_t colon = std::min(text->find(':'), text->size());
+  const std::optional<double> from = finite_number_in(std::string_view(*text).substr(0, colon));
+  const std::optional<double> to =
+      finite_number_in(std::string_view(*text).substr(std::min(colon + 1, text->size())));
+  if (!from || !to || !(*from < *to)) {
+    throw Error(fmt::format("{} '{}': give FROM:TO, the lesser first", option, *text));
+  }
+  return std::array{*from, *to};
+}
+
+void draw_figure(const FigureOptions& options) {
+  const report::ReportFigure& figure = report::figure_named(options.name);
+  const fs::path output = options.output.value_or(figure.name + ".svg");
+  const report::PictureFormat format = format_of(output);
+  report::FigureStyle style = options.style;
+  if (options.width) style.width = print_width_in(*options.width);
+  style.title = !options.no_title;
+  // Leave out the caption in print: documents have their own, and the .txt file has it
+  style.caption = !options.no_caption && (!options.width || options.caption);
+  // Reject marks that would end the quoted font in gnuplot's script
+  if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty()) {
+    throw Error(fmt::format("--font '{}': give a font's name", style.font));
+  }
+  const auto x_range = range_in(options.x_range, "--x-range");
+  const auto y_range = range_in(options.y_range, "--y-range");
+  require_folder_of(output);
+  report::FigureSource source;
+  if (figure.from_sweep) source.records = read_records(options.results);
+  source.scenes = options.scenes;
+  source.problems = options.problems;
+  const report::Sheet sheet =
+      report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
+  if (options.numbers) return print(report::numbers_of(sheet));
+  const report::DrawnFigure drawn = report::drawn(sheet, format, style);
+  for (const auto& [extension, content] :
+       {std::pair(output.extension(), &drawn.picture), std::pair(fs::path(".csv"), &drawn.points),
+        std::pair(fs::path(".txt"), &drawn.caption)}) {
+    const fs::path file = fs::path(output).replace_extension(extension);
+    write_file(file, *content);
+    fmt::print("wrote {}\n", file.string());
+  }
+}
+
+/// Adds the options of the layout.
+void add_style_options(CLI::App& command, FigureOptions& options) {
+  command.add_option(
+      "--width", options.width,
+      "one-column (85 mm), two-columns (178 mm) or mm: a layout for print (as on the report's page)");
+  command.add_option("--text", options.style.text, "Its text's size, points")
+      ->check(CLI::Range(5.0, 14.0))
+      ->capture_default_str();
+  command.add_option("--font", options.style.font, "Its text's font, which has to be installed")
+      ->capture_default_str();
+  command.add_option("--panel", options.panels, "Only panels whose title begins so; once for each")
+      ->allow_extra_args(false);
+  command.add_option("--series", options.series, "Only series whose title begins so; once for each")
+      ->allow_extra_args(false);
+  command.add_option("--x-range", options.x_range, "FROM:TO, of all panels' x axes");
+  command.add_option("--y-range", options.y_range, "FROM:TO, of all panels' y axes");
+  command.add_flag("--no-title", options.no_title, "For a figure that the document titles");
+  command.add_flag("--caption", options.caption, "Draw the caption with --width too");
+  command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions");
+  command.add_flag("--transparent", options.style.transparent, "No white ground");
+  command.add_option("--dpi", options.style.dpi, "Pixels in an inch of a .png")
+      ->check(CLI::Range(50.0, 2400.0))
+      ->capture_default_str();
+}
+
+/// Adds the command figure to the command report.
+void add_figure_command(CLI::App& report) {
+  CLI::App* const command =
+      report.add_subcommand("figure", "Draw a figure of a sweep's results, or of a property");
+  const auto options = std::make_shared<FigureOptions>();
+  std::string about = "Which one:";
+  for (const report::ReportFigure& figure : report::figures()) {
+    about += fmt::format("\n  {:<22}{}{}{}", figure.name, figure.about, figure.from_sweep ? " [sweep]" : "",
+                         figure.reproducible ? "" : " [times]");
+  }
+  command->add_option("name", options->name, about)->required();
+  command->add_option("--results", options->results, "Folder of the sweep's results")->capture_default_str();
+  command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
+  command
+      ->add_option("--problem", options->problems,
+                   "A friction problem's file, as 'mlcp' reads; once for each")
+      ->allow_extra_args(false);
+  command->add_option(
+      "--output", options->output,
+      "The picture, .svg, .pdf or .png (NAME.svg); beside it the points as .csv and the caption as .txt");
+  command->add_flag("--numbers", options->numbers, "Print its numbers as Markdown instead, a table a panel");
+  add_style_options(*command, *options);
+  command->footer(
+      "[sweep]: 'substep sweep' must have been run before. [times]: differs from run to run; the others are "
+      "the same\n"
+      "to the last byte.\n"
+      "Example:\n  substep report figure work-rows --results results --output work.pdf\n"
+      "  substep report figure stability --width one-column --no-title --output stability.pdf");
+  command->callback([options] { draw_figure(*options); });
+}
 
 struct ReportOptions {
   std::vector<fs::path> inputs{"scenes/sweep.toml"};
@@ -44,17 +179,10 @@ Sweep sweep_of(const ReportOptions& options) {
   return read_sweep(options.inputs.front());
 }
 
-/// The tables that can be printed by themselves.
-using Tables = std::vector<TextTable> (*)(const std::vector<SweepRecord>& records);
-constexpr std::array<std::pair<std::string_view, Tables>, 2> tables{
-    {{"descendants-rows",
-      [](const auto& records) { return equal_cost_of_descendants(records, report::Cost::rows); }},
-     {"descendants-time",
-      [](const auto& records) { return equal_cost_of_descendants(records, report::Cost::time); }}}};
-
-Tables table_named(const std::string& name) {
-  const auto found = std::ranges::find(tables, name, &std::pair<std::string_view, Tables>::first);
-  if (found != tables.end()) return found->second;
+/// Returns the cost of the tables that --table prints. Throws Error.
+report::Cost table_cost(const std::string& name) {
+  if (name == "descendants-rows") return report::Cost::rows;
+  if (name == "descendants-time") return report::Cost::time;
   throw Error(fmt::format("--table '{}': give descendants-rows or descendants-time", name));
 }
 
@@ -80,7 +208,8 @@ std::string still_of(const Scene& scene, int threads) {
 }
 
 void report(const ReportOptions& options) {
-  const Tables printed = options.table ? table_named(*options.table) : nullptr;
+  std::optional<report::Cost> cost;
+  if (options.table) cost = table_cost(*options.table);
   const Sweep sweep = sweep_of(options);
   std::error_code failure;
   fs::create_directories(options.output / "figures", failure);
@@ -96,13 +225,7 @@ void report(const ReportOptions& options) {
     merge_sweep(sweep, results);
     report::FigureSource source;
     source.records = read_records(results);
-    if (printed) {
-      std::string text;
-      for (const TextTable& table : printed(source.records))
-        text += (text.empty() ? "" : "\n") + to_markdown(table);
-      fmt::print("{}", text);
-      return;
-    }
+    if (cost) return print(report::equal_cost_of_descendants(source.records, *cost));
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
     if (sweep.scenes.size() <= report::most_cards) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
-#include "render/commands/comparison_options.h"
+#include "render/commands/options.h"
 #include "render/video/composition.h"
 #include "render/video/video.h"
 #include "sim/commands/progress.h"
@@ -92,18 +92,16 @@ void add_look_options(CLI::App& command, VideoOptions& options) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command
-      .add_option(
-          "--strip", options.strips,
-          "Comma-separated, below each picture: error (from the reference), expected (what the scene "
-          "expects), gap (the largest of a joint), depth (the deepest penetration), energy (since the "
-          "start). Default: error where the reference holds for half of the film, else what there is "
-          "of the others in this order")
+      .add_option("--strip", options.strips,
+                  "Comma-separated, below each picture: error (from the reference), expected (what the scene "
+                  "expects), gap (the largest of a joint), depth (the deepest penetration), energy (since "
+                  "the start). Default: error where the reference holds for half of the film, else what "
+                  "there is of the others in this order")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command.add_flag(
-      "--freeze", options.video.freezes,
-      "Stand still where a run first leaves the reference, by 2 % of the scene's size, with a ring "
-      "round the body");
+  command.add_flag("--freeze", options.video.freezes,
+                   "Stand still where a run first leaves the reference, by 2 % of the scene's size, with a "
+                   "ring round the body");
   command
       .add_option("--camera", options.camera,
                   "scene (its first), name:CAMERA, fit (all that moves), follow:BODY or orbit:DEGREES in a "
@@ -123,8 +121,7 @@ void add_video_command(CLI::App& app) {
   add_look_options(*command, *options);
   command->add_option(
       "--output", options->output,
-      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "
-      "(SCENE.mp4)");
+      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures (SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
   command->add_option("--poster-time", video.poster_time, "Which one, in seconds (well into the film)")
@@ -136,8 +133,7 @@ void add_video_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "A panel is 'a5,n=4,joints=stable': its settings that are other than the options above, as --set takes "
-      "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. "
-      "The\n"
+      "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. The\n"
       "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
       "where\n"
       "the reference does, and is grey below what the reference knows of itself. Frames between two steps "

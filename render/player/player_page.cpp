@@ -24,7 +24,6 @@
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
-#include "render/video/seen_frames.h"
 #include "sim/math/base64.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
@@ -274,7 +273,7 @@ ReadingChoice player_readings(const Scene& scene) {
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed) {
   const double unit = position_unit(size_of(scene));
-  const ErrorScale scale = error_scale(comparison);
+  const Decades scale = axis_of(comparison, Strip::error).decades;
   const BodyMesh mesh = gather_body_mesh(scene);
   const std::vector<Part>& parts = mesh.parts;
   Json data = {{"title", title},

@@ -1,12 +1,10 @@
 #include "render/video/comparison.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <stop_token>
 
 #include "render/video/reference_run.h"
@@ -64,23 +62,6 @@ std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings,
   return runs;
 }
 
-using Job = std::function<void()>;
-
-/// Runs the jobs on threads, in their order. Throws the first failure in that order.
-void run_jobs(const std::vector<Job>& jobs, int threads, Tally& tally, std::int64_t total,
-              const std::function<void(double)>& progress) {
-  parallel_for(
-      threads, jobs.size(),
-      [&](std::size_t i, const std::stop_token& stop) {
-        const std::stop_callback end_all(stop, [&] { tally.stop = true; });
-        jobs[i]();
-      },
-      [&] {
-        if (!progress) return;
-        progress(total > 0 ? std::min(1.0, static_cast<double>(tally.done) / static_cast<double>(total)) : 1);
-      });
-}
-
 /// Chooses the strips' quantity: errors where they are known for half of the film, else the first that
 /// applies of the others.
 void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, ReadingChoice& readings) {
@@ -99,94 +80,94 @@ void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, 
   }
 }
 
-/// Interpolates the poses of steps at the times of frames.
-void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
-  if (!run.refusal.empty()) return;
-  spread(clock, run.poses);
-  spread(clock, run.errors);
-  for (auto* const series :
-       {&run.readings.gaps, &run.readings.energies, &run.readings.deepest, &run.readings.expected})
-    spread(clock, *series);
-  spread(clock, run.readings.depths);
-  spread(clock, run.readings.speeds);
-  spread(clock, run.readings.contacts);
-  if (choice.speeds && run.readings.speeds.empty()) read_speeds(run, interval, run.readings);
-  run.rms_error = root_mean_square(run.errors);
-}
-
-std::vector<double> steps_of(const ComparisonSettings& settings, const std::vector<Run>& runs) {
-  std::vector<double> steps{settings.step};
-  for (const Run& run : runs) steps.push_back(run.panel.settings.step);
-  return steps;
-}
+using Job = std::function<void()>;
 
 /// The data that a comparison needs while it is simulated.
 struct Work {
   const Scene& scene;
   const ComparisonSettings& settings;
+  const std::function<void(double)>& progress;
   std::vector<PoseLog> logs{};
   std::vector<FrameClock> clocks{};  ///< the reference's, then the runs'
   Tally tally{};
+  std::int64_t total = 0;  ///< steps of all runs
   ReferenceAttempt fine{};
   ReferenceAttempt coarse{};
   bool is_smooth = false;
   int substeps = 0;  ///< of the reference; 0: not known yet
+
+  /// Runs the jobs on threads, in their order. Throws the first failure in that order.
+  void run_jobs(const std::vector<Job>& jobs) {
+    parallel_for(
+        settings.threads, jobs.size(),
+        [&](std::size_t i, const std::stop_token& stop) {
+          const std::stop_callback end_all(stop, [&] { tally.stop = true; });
+          jobs[i]();
+        },
+        [&] {
+          if (progress)
+            progress(total > 0 ? std::min(1.0, static_cast<double>(tally.done) / static_cast<double>(total))
+                               : 1);
+        });
+  }
 };
 
-/// Simulates one run of the reference, or takes it from the cache. A run that stops where it diverges from
-/// `like` is not cached.
-void simulate_attempt(Work& work, int parts, ReferenceAttempt& attempt,
-                      const ReferenceAttempt* like = nullptr) {
-  const FrameClock& clock = work.clocks[0];
-  const std::string key = fmt::format("film {:016x} {} {} {} {}", work.scene.hash, work.settings.step, parts,
-                                      work.is_smooth, fmt::join(clock.steps, " "));
-  if (const auto kept = work.settings.cache.find(key)) {
-    attempt = attempt_in(*kept);
-    return;
-  }
-  attempt = {};
-  simulate_reference(work.scene, clock, work.settings.step, parts, work.is_smooth, attempt, work.tally, like);
-  if (!work.tally.stop && !(like && attempt.ended)) work.settings.cache.keep(key, to_json(attempt));
+/// Simulates one run of the reference with `parts` steps in a step of the comparison.
+ReferenceAttempt attempt(Work& work, int parts, const ReferenceAttempt* like = nullptr) {
+  return simulate_reference(work.scene, work.clocks[0], work.settings.step, parts, work.is_smooth,
+                            work.settings.cache, work.tally, like);
 }
 
-/// Takes an eighth and a fourth of the sub-steps for the reference where these two agree in every frame, as
-/// they do where nothing moves.
+/// Takes A1 at an eighth and a fourth of the sub-steps for the reference where these two agree in every
+/// frame, as they do where nothing moves.
 void settle_reference(Work& work) {
   const int eighth = work.settings.reference_substeps / 8;
   if (work.is_smooth || eighth < 1 || work.settings.reference_substeps % 8 != 0) return;
-  const auto is_whole = [&](const ReferenceAttempt& attempt) {
-    return !attempt.ended && !attempt.unsolved && attempt.poses.size() == work.clocks[0].steps.size();
-  };
-  simulate_attempt(work, eighth, work.coarse);
-  if (!is_whole(work.coarse)) return;
-  simulate_attempt(work, 2 * eighth, work.fine, &work.coarse);
-  if (!is_whole(work.fine)) return;
+  work.coarse = attempt(work, eighth);
+  if (!work.coarse.is_whole(work.clocks[0])) return;
+  work.fine = attempt(work, 2 * eighth, &work.coarse);
+  if (!work.fine.is_whole(work.clocks[0])) return;
   for (std::size_t k = 0; k < work.fine.poses.size(); ++k) {
     if (!is_settled(work.scene, work.fine.poses[k], work.coarse.poses[k])) return;
   }
   work.substeps = 2 * eighth;
 }
 
+/// Simulates the two runs of the reference at all sub-steps.
+void simulate_reference_runs(Work& work) {
+  work.substeps = work.settings.reference_substeps;
+  const auto simulate_both = [&] {
+    // Begin with the longer one
+    work.run_jobs({[&work] { work.fine = attempt(work, work.substeps); },
+                   [&work] { work.coarse = attempt(work, work.substeps / 2); }});
+  };
+  simulate_both();
+  if (!work.is_smooth || !(work.fine.ended || work.coarse.ended)) return;
+  // Use A1 where the integrator ends, which is where constraints depend on one another
+  work.is_smooth = false;
+  simulate_both();
+}
+
 /// Simulates the reference and all runs, as far as they go.
-void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(double)>& progress) {
-  const auto& [scene, settings, logs, clocks, t, f, c, smooth, substeps] = work;
+void simulate_all(Work& work, std::vector<Run>& runs) {
+  const ComparisonSettings& settings = work.settings;
   std::vector<Job> jobs;
-  std::int64_t total = 0;
   if (settings.has_reference) {
     // A fourth of these steps is enough where the first two runs agree.
-    total += clocks[0].steps.back() * (settings.reference_substeps + settings.reference_substeps / 2);
+    work.total +=
+        work.clocks[0].steps.back() * (settings.reference_substeps + settings.reference_substeps / 2);
     jobs.emplace_back([&work] { settle_reference(work); });
   }
   for (std::size_t i = 0; i < runs.size(); ++i) {
     Run& run = runs[i];
-    const FrameClock& own = clocks[i + 1];
+    const FrameClock& own = work.clocks[i + 1];
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
-      take_frames(logs[i], own, run);
+      take_frames(work.logs[i], own, run);
       continue;
     }
     if (run.panel.kind == PanelChoice::Kind::engine) {
-      std::shared_ptr<Stepper> stepper = engine_stepper(scene, settings.duration, run);
+      std::shared_ptr<Stepper> stepper = engine_stepper(work.scene, settings.duration, run);
       if (!stepper) continue;
       jobs.emplace_back([&work, &own, &run, stepper] {
         simulate_engine(work.scene, own, work.settings.readings, *stepper, run, work.tally);
@@ -196,22 +177,23 @@ void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(d
         simulate_algorithm(work.scene, own, work.settings.readings, run, work.tally);
       });
     }
-    total += own.steps.back();
+    work.total += own.steps.back();
   }
-  if (!jobs.empty()) run_jobs(jobs, settings.threads, work.tally, total, progress);
-  if (!settings.has_reference || substeps > 0) return;
-  work.substeps = settings.reference_substeps;
-  const auto simulate_both = [&] {
-    // The longer one begins first.
-    const std::vector<Job> attempts{[&work] { simulate_attempt(work, work.substeps, work.fine); },
-                                    [&work] { simulate_attempt(work, work.substeps / 2, work.coarse); }};
-    run_jobs(attempts, settings.threads, work.tally, total, progress);
-  };
-  simulate_both();
-  if (!work.is_smooth || !(work.fine.ended || work.coarse.ended)) return;
-  // The integrator ends where constraints depend on one another; A1 goes on.
-  work.is_smooth = false;
-  simulate_both();
+  if (!jobs.empty()) work.run_jobs(jobs);
+  if (settings.has_reference && work.substeps == 0) simulate_reference_runs(work);
+}
+
+/// Turns the two runs of the reference into the comparison's reference, at kept steps.
+ReferenceRun made_reference(Work& work) {
+  const double step = work.settings.step;
+  const double rate = std::round(work.substeps / step * 1e6) / 1e6;
+  std::vector<double> times;
+  for (const std::int64_t kept : work.clocks[0].steps) times.push_back(static_cast<double>(kept) * step);
+  ReferenceRun reference =
+      reference_of(work.scene, work.coarse, std::move(work.fine), times,
+                   fmt::format("{}, h=1/{:g}", work.is_smooth ? "own, order 8" : "A1 itself", rate));
+  reference.is_a1 = !work.is_smooth;
+  return reference;
 }
 
 }  // namespace
@@ -220,24 +202,19 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  Work work{scene, settings};
+  Work work{scene, settings, progress};
   comparison.runs = runs_of(scene, settings, work.logs);
   const FrameTimes frames{settings.start, settings.duration, settings.frame_interval};
   comparison.times = frames.times();
-  work.clocks = frame_clocks(frames, steps_of(settings, comparison.runs));
+  std::vector<double> steps{settings.step};
+  for (const Run& run : comparison.runs) steps.push_back(run.panel.settings.step);
+  work.clocks = frame_clocks(frames, steps);
   work.is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
-  simulate_all(work, comparison.runs, progress);
+  simulate_all(work, comparison.runs);
 
+  // Measure at kept steps, then interpolate at frames
   const FrameClock& clock = work.clocks.front();
-  if (settings.has_reference) {
-    const double parts = work.substeps / settings.step;
-    const std::string method = fmt::format("{}, h=1/{:g}", work.is_smooth ? "own, order 8" : "A1 itself",
-                                           std::round(parts * 1e6) / 1e6);
-    std::vector<double> times;
-    for (const std::int64_t step : clock.steps) times.push_back(static_cast<double>(step) * settings.step);
-    comparison.reference = reference_of(scene, work.coarse, std::move(work.fine), times, method);
-    comparison.reference->is_a1 = !work.is_smooth;
-  }
+  if (settings.has_reference) comparison.reference = made_reference(work);
   ReadingChoice readings = settings.readings;
   choose_strip(scene, clock.steps.size(), comparison, readings);
   comparison.expected = readings.expected;
@@ -251,15 +228,14 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
       spread(*own, settings.frame_interval, readings, *to);
     });
   }
-  run_jobs(jobs, settings.threads, work.tally, 0, {});
-  if (comparison.reference) {
-    ReferenceRun& reference = *comparison.reference;
-    reference.known = clock.frames_of(reference.known);
-    spread(clock, reference.poses);
-    spread(clock, reference.uncertainty);
-    for (Run& run : comparison.runs) {
-      if (run.is_reference()) run.poses = reference.poses;
-    }
+  work.run_jobs(jobs);
+  if (!comparison.reference) return comparison;
+  ReferenceRun& reference = *comparison.reference;
+  reference.known = clock.frames_of(reference.known);
+  spread(clock, reference.poses);
+  spread(clock, reference.uncertainty);
+  for (Run& run : comparison.runs) {
+    if (run.is_reference()) run.poses = reference.poses;
   }
   return comparison;
 }

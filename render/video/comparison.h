@@ -16,7 +16,7 @@
 
 namespace substep::render {
 
-/// What is read of runs at each film frame, beside the poses.
+/// The quantities that are read of runs at each film frame, beside the poses.
 struct ReadingChoice {
   bool gap = false;
   bool energy = false;
@@ -24,7 +24,7 @@ struct ReadingChoice {
   bool depths = false;
   bool contacts = false;
   bool deepest = false;
-  const Expectation* expected = nullptr;  ///< of the scene's, see expectation_of_poses()
+  const Expectation* expected = nullptr;  ///< one of the scene's, see expectation_of_poses()
 };
 
 /// The quantity that a strip below a panel's picture shows over time.
@@ -32,25 +32,25 @@ enum class Strip { error, gap, energy, depth, expected };
 
 struct ComparisonSettings {
   std::vector<PanelChoice> panels;
-  double step = 1.0 / 60;            ///< s, that the reference's steps are parts of
+  double step = 1.0 / 60;            ///< s, a multiple of the reference's step
   double start = 0;                  ///< s, of the film's first frame
-  double duration = 5;               ///< s, of its last frame
-  double frame_interval = 1.0 / 30;  ///< s of the scene's time from one frame to the next
+  double duration = 5;               ///< s, of the film's last frame
+  double frame_interval = 1.0 / 30;  ///< s of the scene's time between frames
   bool has_reference = true;         ///< whether errors are measured
-  int reference_substeps = 16;       ///< the reference's step is step / this, where that many are needed
+  int reference_substeps = 16;       ///< the most steps of the reference in `step`
   ReadingChoice readings;
   int threads = 2;
-  ReferenceCache cache;  ///< of the reference's two runs; the scene must be as its files have it
+  ReferenceCache cache;  ///< of the reference's two runs; valid for a scene that equals its files
 };
 
-/// As ReadingChoice asks for them; each has one entry for each film frame that has poses, or none.
+/// The quantities that ReadingChoice asks for, by film frame that has poses.
 struct Readings {
-  std::vector<double> gaps;      ///< of joints, see JointGapMeter, m
+  std::vector<double> gaps;      ///< largest gap of a joint, see JointGapMeter, m
   std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
-  std::vector<double> deepest;   ///< how far a body is in another at most, m
-  std::vector<double> expected;  ///< the quantity that ReadingChoice::expected is about, in its unit
+  std::vector<double> deepest;   ///< deepest penetration of a body, m
+  std::vector<double> expected;  ///< the quantity of ReadingChoice::expected, in its unit
   std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s
-  std::vector<std::vector<float>> depths;             ///< of each body, how far it is in another, m
+  std::vector<std::vector<float>> depths;             ///< penetration of each body, m
   std::vector<std::vector<ContactImpulse>> contacts;  ///< of the frame's last step; of algorithms only
 };
 
@@ -58,64 +58,64 @@ struct Readings {
 struct Run {
   PanelChoice panel;
   std::vector<std::vector<Coordinates>> poses;  ///< of each film frame; fewer when it diverged
-  /// Of each film frame that the reference is known at too: RMS distance of the bodies' points from where the
-  /// reference has them, over each body's mass and then over the dynamic bodies, m. It sees turns too.
+  /// RMS distance of the bodies' points from their positions in the reference, over each body's mass and then
+  /// over the dynamic bodies, m, of each film frame at which the reference is known.
   std::vector<double> errors;
   double rms_error = 0;  ///< over `errors`, m
   Readings readings;
   std::int64_t row_solves = 0;
-  double cpu_time = 0;                ///< of its steps, s; differs from time to time; not of logs
-  double simulated = 0;               ///< by these steps, s
-  std::optional<double> diverged;     ///< when, s
-  std::string refusal;                ///< why an engine cannot do the scene; then of poses the start alone
+  double cpu_time = 0;                ///< of the steps, s; differs from time to time; not of logs
+  double simulated = 0;               ///< time that these steps simulate, s
+  std::optional<double> diverged;     ///< time of divergence, s
+  std::string refusal;                ///< why an engine cannot simulate the scene; the start is its only pose
   int unsolved = 0;                   ///< steps that A1 did not solve to the accuracy asked for
-  std::vector<Violation> violations;  ///< of algorithms, as far as the film goes
+  std::vector<Violation> violations;  ///< of algorithms, until the film's end
 
   bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }
 };
 
-/// A film's reference: where the scene's forces are smooth, the reference DAE integrator; else, or
-/// where that ends before the film, A1 at small steps. Each is run once more at twice the step. Where A1 at
+/// A film's reference: where the scene's forces are smooth, the reference DAE integrator; else, or where that
+/// ends before the film, A1 at small steps. A second run at twice the step gives the uncertainty. Where A1 at
 /// an eighth and at a fourth of the sub-steps agree within 1e-9 of the scene's size in every frame, these two
-/// are the reference.
+/// runs are the reference.
 struct ReferenceRun {
   std::string method;                           ///< "own, order 8, h=1/240", "A1, h=1/960"
-  std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that it reached
-  std::vector<double> uncertainty;              ///< how far the two runs are apart, m, measured as errors are
-  std::size_t known = 0;                        ///< errors are measured at frames before this
-  std::string fate;                             ///< why not at all of them; empty: they are
-  bool is_a1 = false;                           ///< not the integrator: A1's errors are from itself then
+  std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that the reference reached
+  std::vector<double> uncertainty;              ///< distance of the two runs, m, measured as errors are
+  std::size_t known = 0;                        ///< number of frames at which errors are measured
+  std::string fate;                             ///< why these are not all frames; empty: they are
+  bool is_a1 = false;                           ///< A1 is the reference, also of its own errors
 };
 
 struct Comparison {
   std::vector<Run> runs;      ///< the panels, in their order
   std::vector<double> times;  ///< of each film frame, s; poses between two steps are interpolated
   std::optional<ReferenceRun> reference;
-  std::optional<Strip> strip;  ///< what strips show unless told otherwise; none without a reference
-  const Expectation* expected = nullptr;  ///< what Strip::expected shows
+  std::optional<Strip> strip;             ///< the quantity of strips by default; none without a reference
+  const Expectation* expected = nullptr;  ///< the quantity of Strip::expected
 };
 
-/// Where a run is first away from the reference.
-struct Departure {
+/// A run's first divergence from the reference.
+struct Divergence {
   std::size_t frame = 0;
-  int body = world_body;  ///< that is away farthest then
-  double distance = 0;    ///< m, as errors are measured
+  int body = world_body;  ///< the farthest body in this frame
+  double distance = 0;    ///< of this body, m, as errors are measured
 };
-/// A body is away at this part of the scene's size.
-inline constexpr double away = 0.02;
-/// Nothing where it is never away, or the reference is not known before.
-std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run);
+/// Distance from the reference at which a body diverges, over the scene's size.
+inline constexpr double divergence_limit = 0.02;
+/// Returns nothing where the run does not diverge while the reference is known.
+std::optional<Divergence> divergence_of(const Scene& scene, const Comparison& comparison, const Run& run);
 
-/// The part of the scene's size by which the reference's two runs may differ: after that they have parted.
-inline constexpr double parted = 0.01;
+/// Distance at which the reference's two runs diverge, over the scene's size.
+inline constexpr double refinement_limit = 0.01;
 
-/// Mean over the body's mass of the squared distance between where a point is and where it should be, m².
+/// Returns the mean over the body's mass of the squared distance between a point's two positions, m².
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be);
 
-/// Fills the run's errors, where it has poses and the reference is known.
+/// Measures the run's errors, where it has poses and the reference is known.
 void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run);
 
-/// Runs all panels. `progress` gets the share done, on the calling thread; may be empty.
+/// Simulates all panels. `progress` receives the fraction done, on the calling thread; may be empty.
 /// Throws Error when the settings cannot be used, a log is of another scene, or the scene cannot be modelled.
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress = {});

@@ -36,12 +36,18 @@ std::string cut(const std::string& text, const TextStyle& style, double width) {
   if (text_width(text, style) <= width) return text;
   std::string shorter = text;
   while (!shorter.empty() && text_width(shorter + "…", style) > width) {
-    // A character of several bytes goes as a whole.
+    // Remove a character of several bytes as a whole
     while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
       shorter.pop_back();
     if (!shorter.empty()) shorter.pop_back();
   }
   return shorter + "…";
+}
+
+/// Makes text smaller by steps of `factor`, down to `least`, until it fits.
+template <typename Fits>
+void shrink(double& size, double factor, double least, const Fits& fits) {
+  while (size > least && !fits()) size *= factor;
 }
 
 }  // namespace
@@ -62,8 +68,8 @@ std::vector<int> rows_for(int count, int width, int height, int above) {
     const int most = least + (count % rows > 0 ? 1 : 0);
     const double wide = static_cast<double>(width) / most;
     const double high = static_cast<double>(height) / rows - above;
-    // The view shows somewhat more than a picture of the usual shape, were there more room; less
-    // where panels of two widths are hard to compare.
+    // Prefer large pictures of the usual shape, then pictures with more room around it, and panels of one
+    // width, which are easy to compare
     const double seen = (std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual)) *
                         (1 - 0.15 * (static_cast<double>(most) / least - 1));
     if (high <= 0 || seen <= largest * (1 + 1e-9)) continue;
@@ -91,41 +97,63 @@ Composition::Composition(const Comparison& comparison, const std::string& title,
       height_(height),
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       painter_{comparison, scale_},
+      legend_style_{.size = painter_.text_size(17), .color = quiet},
       strips_(strips) {
   check_film_size(width, height);
   if (strips_.empty() && comparison.strip) strips_.push_back(*comparison.strip);
   if (!comparison.reference) std::erase(strips_, Strip::error);
-  if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
+  if (!key.empty()) key_height_ = scaled(26, 14);
   lay_out();
-  draw_background(title);
-  if (!key.empty()) draw_footer(key);
+  background_ = Image(width_, height_);
+  fill_rectangle(background_, 0, 0, width_, height_, ground);
+  draw_title(title);
+  const double factor = header_factor();
+  for (std::size_t run = 0; run < panels_.size(); ++run) {
+    draw_header(run, factor);
+    const std::vector<StripBox>& boxes = panels_[run].strips;
+    for (const StripBox& strip : boxes)
+      painter_.draw_ground(background_, strip, run, &strip == &boxes.front());
+  }
+  if (!key.empty()) draw_key(key);
+}
+
+/// Returns a length in pixels of this film.
+int Composition::scaled(double at_720, double least) const {
+  return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
+}
+
+/// Returns lines of what all panels share, then of what the strips show.
+std::vector<std::string> Composition::legend() const {
+  std::string strips;
+  for (const Strip strip : strips_)
+    strips += (strips.empty() ? "strips: " : "; ") + words_of(comparison_, strip);
+  const std::string text = titles_.shared + (titles_.shared.empty() || strips.empty() ? "" : " · ") + strips;
+  return text.empty() ? std::vector<std::string>{} : wrapped(text, legend_style_, title_.width);
 }
 
 void Composition::lay_out() {
-  const auto scaled = [this](double at_720, double least) {
-    return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
-  };
   const int gap = scaled(12, 4);
   title_ = {gap, 0, width_ - 2 * gap, scaled(40, 18)};
   const int top =
       title_.height +
-      static_cast<int>(1.3 * legend_style().size * static_cast<double>(legend_lines().size()) + 4 * scale_);
+      static_cast<int>(1.3 * legend_style_.size * static_cast<double>(legend().size()) + 4 * scale_);
   const int header = scaled(36, 16);
   const int strip = scaled(62, 28);
   const int strips = strip * static_cast<int>(strips_.size());
   painter_.has_names = strips_.size() > 1;
   const int count = static_cast<int>(comparison_.runs.size());
-  const std::vector<int> rows = rows_for(count, width_ - gap, height_ - top - footer_, header + strips + gap);
+  const std::vector<int> rows =
+      rows_for(count, width_ - gap, height_ - top - key_height_, header + strips + gap);
   const auto row_count = static_cast<int>(rows.size());
   const auto width_in = [&](int columns) { return (width_ - (columns + 1) * gap) / columns; };
-  const int panel_height = (height_ - top - footer_ - row_count * gap) / row_count;
+  const int panel_height = (height_ - top - key_height_ - row_count * gap) / row_count;
   const int narrowest = width_in(rows.front());
   picture_height_ = panel_height - header - strips;
   if (narrowest < 40 || picture_height_ < 24) {
     throw Error(
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
-  // In a narrow panel the axis' names would take the curve's room.
+  // Leave out the axes in narrow panels, where their names would take the curve's room
   for (const Strip kind : strips_)
     axis_width_ = std::max(axis_width_, painter_.axis_width(axis_of(comparison_, kind)));
   painter_.has_axis = narrowest > axis_width_ + 10.5 * painter_.text_size(14);
@@ -133,119 +161,65 @@ void Composition::lay_out() {
   for (const int columns : rows) {
     for (int column = 0; column < columns; ++column) {
       const int x = gap + column * (width_in(columns) + gap);
-      Panel panel;
+      Panel& panel = panels_.emplace_back();
       panel.header = {x, y, width_in(columns), header};
       panel.picture = {x, y + header, width_in(columns), picture_height_};
-      lay_out_strips(panel, x, y + header + picture_height_, width_in(columns), strip);
-      panels_.push_back(panel);
+      lay_out_strips(panel, y + header + picture_height_, strip);
     }
     y += panel_height + gap;
   }
 }
 
-void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int height) const {
-  const auto scaled = [this](double at_720, double least) {
-    return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
-  };
-  // Room for the axis at the left and for the value at the right.
+void Composition::lay_out_strips(Panel& panel, int y, int height) const {
+  const int x = panel.picture.x;
+  const int width = panel.picture.width;
+  // Leave room for the axis at the left and for the value at the right
   const int left =
       painter_.has_axis ? static_cast<int>(axis_width_ + std::max(5.0, 8 * scale_)) : scaled(6, 4);
   const int right = std::clamp(static_cast<int>(0.33 * width), 52, scaled(126, 60));
   const int margin = scaled(8, 4);
   for (const Strip kind : strips_) {
-    StripBox box{kind, axis_of(comparison_, kind)};
+    StripBox& box = panel.strips.emplace_back(StripBox{kind, axis_of(comparison_, kind)});
     box.strip = {x, y, width, height};
     box.plot = {x + left, y + margin, std::max(8, width - left - right), std::max(0, height - 2 * margin)};
-    panel.strips.push_back(box);
     y += height;
   }
-}
-
-std::string Composition::legend() const {
-  std::string text;
-  for (const Strip strip : strips_) text += (text.empty() ? "strips: " : "; ") + words_of(comparison_, strip);
-  return text;
 }
 
 void Composition::draw_title(const std::string& title) {
   TextStyle bold{.size = painter_.text_size(24), .color = bright, .bold = true};
   const TextStyle clock{.size = painter_.text_size(22), .bold = true};
   const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
-  while (bold.size > 8 && text_width(title, bold) > room) bold.size *= 0.95;
+  shrink(bold.size, 0.95, 8, [&] { return text_width(title, bold) <= room; });
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
-  const std::vector<std::string> lines = legend_lines();
-  double middle = title_.y + title_.height + 0.5 * legend_style().size;
-  for (const std::string& line : lines) {
-    draw_text(background_, title_.x, baseline(middle, 0, legend_style().size), line, legend_style());
-    middle += 1.3 * legend_style().size;
+  double middle = title_.y + title_.height + 0.5 * legend_style_.size;
+  for (const std::string& line : legend()) {
+    draw_text(background_, title_.x, baseline(middle, 0, legend_style_.size), line, legend_style_);
+    middle += 1.3 * legend_style_.size;
   }
 }
 
-TextStyle Composition::legend_style() const {
-  return {.size = painter_.text_size(17), .color = quiet};
-}
-
-/// Returns what all panels share, then what the strips show.
-std::vector<std::string> Composition::legend_lines() const {
-  std::string text = titles_.shared;
-  if (!strips_.empty()) text += (text.empty() ? "" : " · ") + legend();
-  return text.empty() ? std::vector<std::string>{} : wrapped(text, legend_style(), title_.width);
-}
-
-void Composition::draw_background(const std::string& title) {
-  background_ = Image(width_, height_);
-  fill_rectangle(background_, 0, 0, width_, height_, ground);
-  draw_title(title);
-  const double factor = header_factor();
-  for (std::size_t run = 0; run < panels_.size(); ++run) {
-    const Panel& panel = panels_[run];
-    draw_header(panel, run, factor);
-    for (const StripBox& strip : panel.strips) {
-      painter_.draw_ground(background_, strip, run, &strip == &panel.strips.front());
-    }
-  }
-}
-
-/// As large as fits.
-void Composition::draw_footer(const std::vector<KeyEntry>& key) {
-  TextStyle style{.size = painter_.text_size(15)};
-  const auto width = [&] {
-    double sum = 0;
-    for (const auto& [text, color] : key) sum += text_width(text, style);
-    return sum;
-  };
-  while (style.size > 6 && width() > title_.width) style.size *= 0.97;
-  double x = title_.x;
-  for (const auto& [text, color] : key) {
-    style.color = color;
-    draw_text(background_, x, baseline(height_ - footer_, footer_, style.size) - 2 * scale_, text, style);
-    x += text_width(text, style);
-  }
-}
-
-double Composition::header_width(std::size_t run, double factor) const {
-  const std::string& words = titles_.words[run];
-  const double name = text_width(name_of(comparison_.runs[run].panel),
-                                 {.size = factor * painter_.text_size(24), .bold = true});
-  return 28 * scale_ + name +
-         (words.empty() ? 0 : text_width(words, {.size = factor * painter_.text_size(22)}));
-}
-
-/// Returns by how much all headers shrink, so that the longest fits or is as small as can be read.
+/// Returns the factor by which all headers shrink, so that the longest fits or is as small as can be read.
 double Composition::header_factor() const {
   double factor = 1;
   for (std::size_t run = 0; run < panels_.size(); ++run) {
-    const auto fits = [&] { return header_width(run, factor) <= panels_[run].header.width; };
+    const std::string& words = titles_.words[run];
+    const std::string name = name_of(comparison_.runs[run].panel);
+    const auto fits = [&] {
+      const TextStyle bold{.size = factor * painter_.text_size(24), .bold = true};
+      const double width = words.empty() ? 0 : text_width(words, {.size = factor * painter_.text_size(22)});
+      return 28 * scale_ + text_width(name, bold) + width <= panels_[run].header.width;
+    };
     while (!fits() && factor * painter_.text_size(22) > 9) factor *= 0.97;
   }
   return factor;
 }
 
-void Composition::draw_header(const Panel& panel, std::size_t run, double factor) {
-  const Box& box = panel.header;
+void Composition::draw_header(std::size_t run, double factor) {
+  const Box& box = panels_[run].header;
   const Color color = accent(comparison_.runs[run].panel);
   fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
-  const int bar = std::max(2, static_cast<int>(std::lround(4 * scale_)));
+  const int bar = scaled(4, 2);
   fill_rectangle(background_, box.x, box.y, bar, box.height, color);
   const TextStyle bold{.size = factor * painter_.text_size(24), .color = color, .bold = true};
   const TextStyle plain{.size = factor * painter_.text_size(22), .color = bright};
@@ -257,6 +231,23 @@ void Composition::draw_header(const Panel& panel, std::size_t run, double factor
             cut(titles_.words[run], plain, box.x + box.width - x), plain);
 }
 
+/// Draws the key in one line, as large as fits.
+void Composition::draw_key(const std::vector<KeyEntry>& key) {
+  TextStyle style{.size = painter_.text_size(15)};
+  shrink(style.size, 0.97, 6, [&] {
+    double width = 0;
+    for (const auto& [text, color] : key) width += text_width(text, style);
+    return width <= title_.width;
+  });
+  double x = title_.x;
+  for (const auto& [text, color] : key) {
+    style.color = color;
+    draw_text(background_, x, baseline(height_ - key_height_, key_height_, style.size) - 2 * scale_, text,
+              style);
+    x += text_width(text, style);
+  }
+}
+
 void Composition::draw_clock(Image& image, std::size_t k) const {
   const TextStyle bold{.size = painter_.text_size(22), .color = bright, .bold = true};
   const TextStyle small{.size = painter_.text_size(15), .color = quiet};
@@ -266,17 +257,18 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
   if (width_ < 900 * scale_) return;
-  // Placed by the longest there will be, so that it stands still.
+  // Place the count by the longest time of the film, so that it stands still
   const double column = text_width(fmt::format("{:.2f} s", comparison_.times.back()), bold) + 16 * scale_;
   draw_text(image, right - column - text_width(count, small), base, count, small);
 }
 
+/// Draws a notice over a run's whole picture, or at its bottom.
 void Composition::draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const {
   const Box& box = panels_[run].picture;
   TextStyle bold{.size = painter_.text_size(over_all ? 22 : 16), .color = alarm, .bold = true};
   const double width = box.width - 8 * scale_;
-  const double least = over_all ? painter_.text_size(14) : 9;
-  while (bold.size > least && text_width(text, bold) > width) bold.size *= 0.95;
+  shrink(bold.size, 0.95, over_all ? painter_.text_size(14) : 9,
+         [&] { return text_width(text, bold) <= width; });
   const std::vector<std::string> lines = wrapped(text, bold, width);
   const double pitch = 1.25 * bold.size;
   const double more = pitch * static_cast<double>(lines.size() - 1);
@@ -291,14 +283,15 @@ void Composition::draw_notice(Image& image, std::size_t run, const std::string& 
   }
 }
 
-void Composition::draw_fate(Image& image, std::size_t run, std::size_t k) const {
-  const Run& r = comparison_.runs[run];
-  if (r.is_reference() && k >= comparison_.reference->known) {
-    draw_notice(image, run, "no reference: " + comparison_.reference->fate, k >= r.poses.size());
-  } else if (!r.refusal.empty()) {
-    draw_notice(image, run, r.refusal, true);
-  } else if (r.diverged && k >= r.poses.size()) {
-    draw_notice(image, run, fmt::format("diverged at t = {:.2f} s", *r.diverged), true);
+/// Writes on a run's picture why the run, or the reference, has ended.
+void Composition::draw_end(Image& image, std::size_t run, std::size_t k) const {
+  const Run& shown = comparison_.runs[run];
+  if (shown.is_reference() && k >= comparison_.reference->known) {
+    draw_notice(image, run, "no reference: " + comparison_.reference->fate, k >= shown.poses.size());
+  } else if (!shown.refusal.empty()) {
+    draw_notice(image, run, shown.refusal, true);
+  } else if (shown.diverged && k >= shown.poses.size()) {
+    draw_notice(image, run, fmt::format("diverged at t = {:.2f} s", *shown.diverged), true);
   }
 }
 
@@ -308,7 +301,7 @@ Image Composition::frame(int k, const std::vector<Image>& pictures) const {
   draw_clock(image, index);
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     paste(image, pictures[run], panels_[run].picture.x, panels_[run].picture.y);
-    draw_fate(image, run, index);
+    draw_end(image, run, index);
     for (const StripBox& strip : panels_[run].strips) painter_.draw(image, strip, run, index);
   }
   return image;

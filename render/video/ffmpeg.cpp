@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
@@ -17,12 +16,24 @@
 #include <utility>
 
 #include "sim/error.h"
-#include "sim/execution/child_process.h"
-#include "sim/log/file_output.h"
 
 namespace substep::render {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// The names of `Container`: extensions of files and of ffmpeg's muxers.
+constexpr std::array<std::string_view, 4> containers{"mp4", "webm", "gif", "apng"};
+
+/// Returns the last line of a message, after its context.
+std::string last_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+  const std::size_t start = text.find_last_of("\r\n");
+  return start == std::string::npos ? text : text.substr(start + 1);
+}
+
+}  // namespace
 
 std::optional<fs::path> find_ffmpeg() {
   const char* const variable = std::getenv("PATH");
@@ -46,25 +57,24 @@ std::vector<std::string> raw_frames_input(int width, int height, double frame_ra
 
 std::optional<Container> container_of(const fs::path& file) {
   const std::string extension = file.extension().string();
-  if (extension == ".mp4") return Container::mp4;
-  if (extension == ".webm") return Container::webm;
-  if (extension == ".gif") return Container::gif;
-  if (extension == ".apng") return Container::apng;
-  return std::nullopt;
+  const auto found = std::ranges::find_if(
+      containers, [&](std::string_view name) { return extension == fmt::format(".{}", name); });
+  if (found == containers.end()) return std::nullopt;
+  return static_cast<Container>(found - containers.begin());
 }
 
 std::vector<std::string> film_output(Container container) {
-  // The colour conversion that gives the same bytes whatever instructions the machine has, to the matrix that
-  // players assume of a film of this size.
-  const std::string to_video =
-      "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact+full_chroma_int,format=yuv420p";
-  std::vector<std::string> words;
+  std::vector<std::string> words{"-an"};
   const auto add = [&words](std::initializer_list<std::string> more) {
     words.insert(words.end(), more.begin(), more.end());
   };
-  add({"-an"});
-  if (container == Container::mp4 || container == Container::webm) {
-    add({"-vf", to_video, "-sws_flags", "+accurate_rnd+bitexact+full_chroma_int"});
+  const bool is_video = container == Container::mp4 || container == Container::webm;
+  if (is_video) {
+    // Convert colours with the same bytes on every machine, to the matrix that players assume
+    add({"-vf",
+         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact+full_chroma_int,format="
+         "yuv420p",
+         "-sws_flags", "+accurate_rnd+bitexact+full_chroma_int"});
   }
   switch (container) {
     case Container::mp4:
@@ -75,7 +85,7 @@ std::vector<std::string> film_output(Container container) {
            "-b:v", "0"});
       break;
     case Container::gif:
-      // A palette a frame: one for the whole film would keep all its frames in memory.
+      // Use a palette for each frame: one for the film would keep all frames in memory
       add({"-filter_complex",
            "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=dither=none:new=1", "-loop",
            "0"});
@@ -84,28 +94,22 @@ std::vector<std::string> film_output(Container container) {
       add({"-c:v", "apng", "-pred", "none", "-plays", "0"});
       break;
   }
-  if (container == Container::mp4 || container == Container::webm) {
+  if (is_video) {
     add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"});
   }
-  // Without this message the file does not tell how many threads wrote it.
+  // Remove the message that tells how many threads wrote the file
   if (container == Container::mp4) add({"-bsf:v", "filter_units=remove_types=6"});
   add({"-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1"});
   if (container == Container::mp4) add({"-movflags", "+faststart"});
-  add({"-f", container == Container::mp4    ? "mp4"
-             : container == Container::webm ? "webm"
-             : container == Container::gif  ? "gif"
-                                            : "apng"});
+  add({"-f", std::string(containers.at(static_cast<std::size_t>(container)))});
   return words;
 }
 
 std::string command_line(const std::vector<std::string>& arguments) {
+  constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./%";
   std::string line = "ffmpeg";
   for (const std::string& argument : arguments) {
-    const bool plain =
-        !argument.empty() &&
-        argument.find_first_not_of(
-            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./%") == std::string::npos;
-    if (plain) {
+    if (!argument.empty() && argument.find_first_not_of(plain) == std::string::npos) {
       line += " " + argument;
       continue;
     }
@@ -116,108 +120,71 @@ std::string command_line(const std::vector<std::string>& arguments) {
   return line;
 }
 
-namespace {
-
-/// The last line; the lines before it are its context.
-std::string last_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
-  const std::size_t start = text.find_last_of("\r\n");
-  return start == std::string::npos ? text : text.substr(start + 1);
-}
-
-}  // namespace
-
-struct Ffmpeg::Implementation {
-  using Clock = std::chrono::steady_clock;
-
-  TemporaryFile messages;
-  TemporaryFile answer;
-  std::optional<ChildProcess> process;
-  std::optional<PartialFileWriter> writer;  // of `process`, as long as it runs
-  int pipe = -1;
-  fs::path output;
-  std::chrono::milliseconds patience{};
-  std::uintmax_t size = 0;  // of `output` when it was looked at last
-  Clock::time_point last_progress = Clock::now();
-  struct sigaction previous {};
-
-  Implementation() {
-    struct sigaction ignore {};
-    ignore.sa_handler = SIG_IGN;
-    ::sigaction(SIGPIPE, &ignore, &previous);
-  }
-  Implementation(const Implementation&) = delete;
-  Implementation& operator=(const Implementation&) = delete;
-  ~Implementation() {
-    close_pipe();
-    process.reset();
-    writer.reset();
-    ::sigaction(SIGPIPE, &previous, nullptr);
-  }
-
-  void close_pipe() {
-    if (pipe >= 0) ::close(pipe);
-    pipe = -1;
-  }
-
-  /// Throws Error when nothing has happened for too long.
-  void require_progress() {
-    std::error_code none;
-    const std::uintmax_t now = output.empty() ? 0 : fs::file_size(output, none);
-    if (!none && now != size) {
-      size = now;
-      last_progress = Clock::now();
-    }
-    if (Clock::now() - last_progress < patience) return;
-    throw Error(fmt::format("ffmpeg has done nothing for {:g} s: it was ended",
-                            std::chrono::duration<double>(patience).count()));
-  }
-};
-
 Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& arguments, fs::path output,
                std::chrono::milliseconds patience)
-    : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.output = std::move(output);
-  self.patience = patience;
+    : output_(std::move(output)), patience_(patience) {
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
   }
-  self.pipe = ends[1];
-  // So that a pipe that is never emptied can be given up.
-  ::fcntl(self.pipe, F_SETFL, O_NONBLOCK);
+  // Write without waiting, so that a pipe that is never emptied can be given up
+  ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   try {
-    self.process.emplace(std::move(words), ChildProcess::Streams{.in = ends[0],
-                                                                 .out = self.answer.descriptor(),
-                                                                 .err = self.messages.descriptor()});
+    process_.emplace(
+        std::move(words),
+        ChildProcess::Streams{.in = ends[0], .out = answer_.descriptor(), .err = messages_.descriptor()});
   } catch (const std::system_error& error) {
-    ::close(ends[0]);
+    for (const int end : ends) ::close(end);
     throw Error(fmt::format("{}: cannot be started: {}", program.string(), error.code().message()));
   }
   ::close(ends[0]);
-  self.writer.emplace(self.process->id());
+  pipe_ = ends[1];
+  writer_.emplace(process_->id());
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  ::sigaction(SIGPIPE, &ignore, &previous_);
 }
 
-Ffmpeg::~Ffmpeg() = default;
+Ffmpeg::~Ffmpeg() {
+  close_pipe();
+  process_.reset();
+  writer_.reset();
+  ::sigaction(SIGPIPE, &previous_, nullptr);
+}
+
+void Ffmpeg::close_pipe() {
+  if (pipe_ >= 0) ::close(std::exchange(pipe_, -1));
+}
+
+/// Throws Error when nothing has happened for too long.
+void Ffmpeg::require_progress() {
+  std::error_code none;
+  const std::uintmax_t now = output_.empty() ? 0 : fs::file_size(output_, none);
+  if (!none && now != size_) {
+    size_ = now;
+    last_progress_ = Clock::now();
+  }
+  if (Clock::now() - last_progress_ < patience_) return;
+  throw Error(fmt::format("ffmpeg has done nothing for {:g} s: it was ended",
+                          std::chrono::duration<double>(patience_).count()));
+}
 
 void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
-  Implementation& self = *implementation_;
-  self.last_progress = Implementation::Clock::now();
+  last_progress_ = Clock::now();
   while (!bytes.empty()) {
-    const ssize_t written = ::write(self.pipe, bytes.data(), bytes.size());
+    const ssize_t written = ::write(pipe_, bytes.data(), bytes.size());
     if (written >= 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(written));
-      self.last_progress = Implementation::Clock::now();
+      last_progress_ = Clock::now();
     } else if (errno == EPIPE) {
       finish();
       throw Error("ffmpeg ended before it had all frames");
     } else if (errno == EAGAIN) {
-      pollfd room{self.pipe, POLLOUT, 0};
+      pollfd room{pipe_, POLLOUT, 0};
       ::poll(&room, 1, 100);
-      self.require_progress();
+      require_progress();
     } else if (errno != EINTR) {
       throw Error(fmt::format("ffmpeg cannot be written to: {}", std::strerror(errno)));
     }
@@ -225,23 +192,22 @@ void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
 }
 
 std::string Ffmpeg::finish() {
-  Implementation& self = *implementation_;
-  self.close_pipe();
-  self.last_progress = Implementation::Clock::now();
+  close_pipe();
+  last_progress_ = Clock::now();
   std::optional<bool> is_done;
-  for (auto pause = std::chrono::milliseconds(1); !(is_done = self.process->ended());) {
-    self.require_progress();
+  for (auto pause = std::chrono::milliseconds(1); !(is_done = process_->ended());) {
+    require_progress();
     std::this_thread::sleep_for(pause);
     pause = std::min(2 * pause, std::chrono::milliseconds(50));
   }
-  self.writer.reset();
-  const std::string message = last_line(self.messages.content());
-  if (*is_done && message.empty()) return self.answer.content();
+  writer_.reset();
+  const std::string message = last_line(messages_.content());
+  if (*is_done && message.empty()) return answer_.content();
   throw Error(fmt::format("ffmpeg failed: {}", message.empty() ? "it gave no reason" : message));
 }
 
 void require_whole_film(const fs::path& program, const fs::path& film, int frames) {
-  // One line a packet, and comments.
+  // List one line for each packet, and comments
   Ffmpeg reader(program,
                 {"-i", "file:" + film.string(), "-map", "0:v:0", "-c", "copy", "-f", "framecrc", "pipe:1"});
   const std::string list = reader.finish();

@@ -2,16 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "sim/error.h"
 #include "sim/math/rotation.h"
+#include "sim/measure/motion.h"
 
 namespace substep::render {
 namespace {
 
+/// Returns the index of a body. Throws Error that lists bodies.
 int body_named(const std::string& name, const Scene& scene) {
   std::string known;
   for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
@@ -22,13 +26,12 @@ int body_named(const std::string& name, const Scene& scene) {
   throw Error(fmt::format("--camera follow:{}: {} has no such body: {}", name, scene.name, known));
 }
 
-Camera of_scene(const std::string& name, const Scene& scene) {
-  // Nodes' names differ; cameras may share one.
-  for (const NamedCamera& camera : scene.cameras) {
-    if (camera.node == name) return camera.view;
-  }
-  for (const NamedCamera& camera : scene.cameras) {
-    if (camera.camera == name) return camera.view;
+/// Returns a camera of the scene by the name of its node or its own. Throws Error.
+Camera scene_camera(const std::string& name, const Scene& scene) {
+  // Prefer nodes' names, which differ; cameras may share one
+  for (const auto member : {&NamedCamera::node, &NamedCamera::camera}) {
+    const auto found = std::ranges::find(scene.cameras, name, member);
+    if (found != scene.cameras.end()) return found->view;
   }
   std::string known;
   for (const NamedCamera& camera : scene.cameras) known += (known.empty() ? "" : ", ") + camera.node;
@@ -38,6 +41,16 @@ Camera of_scene(const std::string& name, const Scene& scene) {
 
 glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
   return {by.cosine * v.x + by.sine * v.z, v.y, by.cosine * v.z - by.sine * v.x};
+}
+
+/// Returns the largest distance of a body from `middle`, m.
+double farthest(const Vector3& middle, const std::vector<Coordinates>& poses) {
+  double result = 0;
+  for (std::size_t body = 1; body < poses.size(); ++body) {
+    const double distance = (poses[body].linear - middle).norm();
+    result = std::max(result, std::isfinite(distance) ? distance : std::numeric_limits<double>::max());
+  }
+  return result;
 }
 
 }  // namespace
@@ -50,7 +63,7 @@ FilmCamera camera_named(const std::string& text, const Scene& scene) {
   if (text == "fit") {
     camera.is_automatic = true;
   } else if (text.starts_with(own)) {
-    camera.named = of_scene(text.substr(own.size()), scene);
+    camera.named = scene_camera(text.substr(own.size()), scene);
   } else if (text.starts_with(follow)) {
     camera.follows = body_named(text.substr(follow.size()), scene);
   } else if (text.starts_with(orbit)) {
@@ -101,6 +114,28 @@ View moved(const View& view, const FilmCamera& camera, const Vector3& way, doubl
     result.forward = turned(view.forward, by);
   }
   return result;
+}
+
+std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison) {
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  // Read a hundred frames of each run
+  const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
+  const Vector3 middle = middle_of(scene);
+  std::vector<double> reaches;
+  for (const Run& run : comparison.runs) {
+    double& reach = reaches.emplace_back(0);
+    for (const std::vector<Coordinates>& poses : run.poses) reach = std::max(reach, farthest(middle, poses));
+  }
+  std::ranges::sort(reaches);
+  const double calm = reaches.empty() ? 0 : reaches[(reaches.size() - 1) / 2];
+  const double most = std::max(1.1 * calm, 0.65 * size_of(scene));
+  for (const Run& run : comparison.runs) {
+    for (std::size_t k = 0; k < run.poses.size(); k += stride) {
+      if (farthest(middle, run.poses[k]) > most) break;
+      frames.push_back(run.poses[k]);
+    }
+  }
+  return frames;
 }
 
 }  // namespace substep::render

@@ -1,37 +1,42 @@
 #pragma once
-/// From where a film looks, and how that changes from frame to frame.
+/// The camera of a film, and its motion from frame to frame.
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/camera.h"
-#include "sim/scene/scene.h"
+#include "render/video/comparison.h"
 
 namespace substep::render {
 
 struct FilmCamera {
-  bool is_automatic = false;      ///< not the scene's own, but one that fits all that moves
-  std::optional<Camera> named;    ///< one of the scene's, which stays where it stands
-  int follows = world_body;       ///< the body that the camera goes along with, in each panel its own
-  double degrees_per_second = 0;  ///< of film, about the vertical through the scene's middle
+  bool is_automatic = false;      ///< a camera that fits all moving bodies, instead of the scene's
+  std::optional<Camera> named;    ///< one of the scene's, which does not step back
+  int follows = world_body;       ///< the body that the camera moves with, in each panel its own
+  double degrees_per_second = 0;  ///< turn about the vertical through the scene's middle, in a second of film
 };
 
-/// "scene", "fit", "name:NAME" of a camera or its node, "follow:BODY" or "orbit:DEGREES", the turn in a
-/// second of film. Throws Error.
+/// Reads "scene", "fit", "name:NAME" of a camera or its node, "follow:BODY" or "orbit:DEGREES". Throws Error.
 FilmCamera camera_named(const std::string& text, const Scene& scene);
 
-/// The same for a picture, which has no time to move in. Throws Error.
+/// Reads the camera of a picture, which cannot move. Throws Error.
 FilmCamera still_camera_named(const std::string& text, const Scene& scene);
 
-/// The scene with the camera that it is to be seen by first, or with none for one that fits all.
+/// Returns the scene with the camera at the start, or without one where the camera fits all.
 Scene seen_by(const FilmCamera& camera, const Scene& scene);
 
-/// Returns the mean of the bodies' places at the start.
+/// Returns the mean of the bodies' positions at the start.
 Vector3 middle_of(const Scene& scene);
 
-/// `view` gone along with its body by `way`, or turned for `seconds` of film about the vertical through
+/// Returns `view` moved with its body by `way`, or turned for `seconds` of film about the vertical through
 /// `middle`.
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
            const Vector3& middle);
+
+/// Returns the poses that the cameras of a comparison hold: those of all runs, each until a body is farther
+/// from the scene's middle than in the calmer half of the runs. A run that explodes does not push the others
+/// out of sight.
+std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison);
 
 }  // namespace substep::render

@@ -2,43 +2,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
+#include <exception>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <thread>
 #include <utility>
 
 #include "render/renderer.h"
-#include "render/video/seen_frames.h"
+#include "render/video/composition.h"
+#include "render/video/film_camera.h"
 
 namespace substep::render {
 namespace {
 
-/// The run's poses at film frame k; where it diverged before, its last.
+/// Returns the run's poses at film frame k, or its last ones where it diverged before.
 std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_t k) {
   if (run.poses.empty()) return initial_state(scene).q;
   std::vector<Coordinates> poses = run.poses[std::min(k, run.poses.size() - 1)];
   for (Coordinates& pose : poses) {
-    // A body far beyond sight would overflow the renderer's single precision.
+    // Clamp bodies far beyond sight, which would overflow the renderer's single precision
     constexpr double far = 1e5;
     pose.linear = pose.linear.cwiseMax(-far).cwiseMin(far);
   }
   return poses;
 }
 
-/// Where the camera of a run is at frame k.
-View view_at(const View& view, const Scene& scene, const VideoSettings& settings,
-             const Comparison& comparison, const Run& run, std::size_t k) {
-  const auto body = static_cast<std::size_t>(settings.camera.follows);
-  Vector3 way = Vector3::Zero();
-  if (!run.poses.empty()) {
-    way = run.poses[std::min(k, run.poses.size() - 1)][body].linear - run.poses.front()[body].linear;
-  }
-  // A second of film is as many frames as its rate says.
-  const double seconds = static_cast<double>(k) / settings.frame_rate;
-  return moved(view, settings.camera, way, std::min(seconds, static_cast<double>(comparison.times.size())),
-               middle_of(scene));
-}
-
-/// Draws one panel's pictures, by a renderer that other panels share. A picture serves all frames in which
+/// Draws one panel's pictures, with a renderer that other panels share. A picture serves all frames in which
 /// nothing moves.
 class PanelPainter {
  public:
@@ -65,8 +56,8 @@ class PanelPainter {
     renderer_->look(view(k));
     if (drawn_ != shown_frames_[k]) drawn_picture_ = renderer_->draw(poses);
     drawn_ = shown_frames_[k];
-    const std::optional<Departure>& departure = film_.departures[index_];
-    const bool is_ringed = departure && k >= departure->frame && k < departure->frame + film_.second();
+    const std::optional<Divergence>& divergence = film_.divergences[index_];
+    const bool is_ringed = divergence && k >= divergence->frame && k < divergence->frame + film_.second();
     if ((!settings.overlays.any() && !is_ringed) || run().is_reference()) return drawn_picture_;
     OverlayFrame frame{film_.scene, renderer_->view(), run(), film_.scales};
     frame.k = k;
@@ -86,23 +77,115 @@ class PanelPainter {
     }
     Image picture = drawn_picture_;
     draw_overlays(picture, settings.overlays, frame);
-    if (is_ringed) draw_departure(picture, *departure, frame);
+    if (is_ringed) draw_divergence(picture, *divergence, frame);
     return picture;
   }
 
  private:
   const Run& run() const { return film_.comparison.runs[index_]; }
+  /// Returns the view at film frame k, moved with the body that the camera follows.
   View view(std::size_t k) const {
-    return view_at(still_, film_.scene, film_.settings, film_.comparison, run(), k);
+    const FilmCamera& camera = film_.settings.camera;
+    const auto body = static_cast<std::size_t>(camera.follows);
+    const std::vector<std::vector<Coordinates>>& poses = run().poses;
+    Vector3 way = Vector3::Zero();
+    if (!poses.empty()) way = poses[std::min(k, poses.size() - 1)][body].linear - poses.front()[body].linear;
+    const double seconds = static_cast<double>(k) / film_.settings.frame_rate;
+    return moved(still_, camera, way, std::min(seconds, static_cast<double>(film_.comparison.times.size())),
+                 middle_of(film_.scene));
   }
 
   const Film& film_;
   std::size_t index_;
   std::shared_ptr<Renderer> renderer_;
   View still_;
-  std::vector<std::size_t> shown_frames_;  ///< of each frame, the one whose poses it shows
+  std::vector<std::size_t> shown_frames_;  ///< the frame whose poses each frame shows
   std::optional<std::size_t> drawn_;       ///< the frame whose poses were drawn last
   Image drawn_picture_;
+};
+
+/// Paints frame k; used on one thread only.
+using Painter = std::function<Image(int k)>;
+
+/// Returns a painter of film frames, for one thread: an OpenGL context belongs to one.
+Painter make_painter(const Film& film, const Composition& composition, int every) {
+  // Share a renderer among panels of one width
+  std::map<int, std::shared_ptr<Renderer>> renderers;
+  auto panels = std::make_shared<std::vector<PanelPainter>>();
+  for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
+    RenderSettings pictures;
+    pictures.width = composition.picture_width(run);
+    pictures.height = composition.picture_height();
+    pictures.steps_back = !film.settings.camera.named;
+    std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
+    if (!renderer) {
+      renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures,
+                                            seen_frames(film.scene, film.comparison));
+    }
+    panels->emplace_back(film, run, renderer);
+  }
+  return [panels, &composition, every](int k) {
+    const int frame = k * every;
+    std::vector<Image> pictures;
+    for (PanelPainter& panel : *panels) pictures.push_back(panel.picture(static_cast<std::size_t>(frame)));
+    return composition.frame(frame, pictures);
+  };
+}
+
+/// Frames that several threads paint and one takes in order.
+class FrameQueue {
+ public:
+  FrameQueue(int count, int ahead) : count_(count), ahead_(ahead) {}
+
+  /// Paints frames until none is left.
+  void work(const std::function<Painter()>& make_painter) {
+    try {
+      const Painter paint = make_painter();
+      for (int k = claim(); k < count_; k = claim()) deliver(k, paint(k));
+    } catch (...) {
+      fail(std::current_exception());
+    }
+  }
+
+  /// Waits for frame k. Throws what a painter threw.
+  Image take(int k) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return failure_ || ready_.contains(k); });
+    if (failure_) std::rethrow_exception(failure_);
+    Image frame = std::move(ready_.extract(k).mapped());
+    taken_ = k + 1;
+    changed_.notify_all();
+    return frame;
+  }
+
+  void fail(const std::exception_ptr& failure) {
+    const std::lock_guard lock(mutex_);
+    if (!failure_) failure_ = failure;
+    changed_.notify_all();
+  }
+
+ private:
+  /// Waits until the next frame is at most `ahead_` after the one taken last; `count_`: no frame is left.
+  int claim() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return failure_ || next_ >= count_ || next_ < taken_ + ahead_; });
+    return failure_ ? count_ : std::min(next_++, count_);
+  }
+
+  void deliver(int k, Image frame) {
+    const std::lock_guard lock(mutex_);
+    ready_.emplace(k, std::move(frame));
+    changed_.notify_all();
+  }
+
+  const int count_;
+  const int ahead_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<int, Image> ready_;
+  int next_ = 0;
+  int taken_ = 0;
+  std::exception_ptr failure_;
 };
 
 }  // namespace
@@ -113,8 +196,8 @@ std::size_t Film::second() const {
 
 std::optional<std::size_t> Film::freeze() const {
   std::optional<std::size_t> first;
-  for (const std::optional<Departure>& departure : departures) {
-    if (departure) first = std::min(first.value_or(departure->frame), departure->frame);
+  for (const std::optional<Divergence>& divergence : divergences) {
+    if (divergence) first = std::min(first.value_or(divergence->frame), divergence->frame);
   }
   return first;
 }
@@ -122,44 +205,33 @@ std::optional<std::size_t> Film::freeze() const {
 Film film_of(const Scene& scene, const VideoSettings& settings, const Comparison& comparison) {
   Film film{scene, settings, comparison};
   for (const Run& run : comparison.runs) {
-    film.departures.push_back(settings.freezes ? departure_of(scene, comparison, run) : std::nullopt);
+    film.divergences.push_back(settings.freezes ? divergence_of(scene, comparison, run) : std::nullopt);
   }
   return film;
 }
 
-Composition composition_of(const Film& film, int width, int height) {
-  return {film.comparison,
-          film_title(film.scene, film.settings.title),
-          width,
-          height,
-          key_of(film.settings.overlays, film.scales, film.freeze().has_value()),
-          film.settings.strips};
-}
-
-std::function<Painter()> painters(const Film& film, const Composition& composition, int every) {
-  return [&film, &composition, every]() -> Painter {
-    // Panels of a row are as wide as one another; another row's may be wider.
-    std::map<int, std::shared_ptr<Renderer>> renderers;
-    auto panels = std::make_shared<std::vector<PanelPainter>>();
-    for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
-      RenderSettings pictures;
-      pictures.width = composition.picture_width(run);
-      pictures.height = composition.picture_height();
-      pictures.steps_back = !film.settings.camera.named;
-      std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
-      if (!renderer) {
-        renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures,
-                                              seen_frames(film.scene, film.comparison));
-      }
-      panels->emplace_back(film, run, renderer);
-    }
-    return [panels, &composition, every](int k) {
-      const int frame = k * every;
-      std::vector<Image> pictures;
-      for (PanelPainter& panel : *panels) pictures.push_back(panel.picture(static_cast<std::size_t>(frame)));
-      return composition.frame(frame, pictures);
-    };
-  };
+void paint_frames(const Film& film, int width, int height, int every,
+                  const std::function<void(int k, const Image& frame)>& take) {
+  const Composition composition(film.comparison, film_title(film.scene, film.settings.title), width, height,
+                                key_of(film.settings.overlays, film.scales, film.freeze().has_value()),
+                                film.settings.strips);
+  const int count = (static_cast<int>(film.comparison.times.size()) - 1) / every + 1;
+  const int threads = std::clamp(film.settings.threads, 1, count);
+  FrameQueue queue(count, 4 * threads);
+  std::vector<std::thread> workers;
+  workers.reserve(static_cast<std::size_t>(threads));
+  for (int i = 0; i < threads; ++i) {
+    workers.emplace_back([&] { queue.work([&] { return make_painter(film, composition, every); }); });
+  }
+  std::exception_ptr failure;
+  try {
+    for (int k = 0; k < count; ++k) take(k, queue.take(k));
+  } catch (...) {
+    failure = std::current_exception();
+    queue.fail(failure);
+  }
+  for (std::thread& worker : workers) worker.join();
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace substep::render

@@ -1,8 +1,14 @@
+// The choice, scales and key of overlays.
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
+#include <string_view>
+#include <utility>
 
+#include "render/video/labels.h"
 #include "render/video/overlay.h"
 #include "sim/error.h"
 #include "sim/measure/motion.h"
@@ -10,23 +16,13 @@
 namespace substep::render {
 namespace {
 
-/// The next of 1, 2, 5, 10, … that is not below a value.
-double round_up(double value) {
-  if (!(value > 0)) return 1;
-  const double ten = std::pow(10.0, std::floor(std::log10(value) + 1e-9));
-  for (const double step : {1.0, 2.0, 5.0}) {
-    if (value <= step * ten * (1 + 1e-9)) return step * ten;
-  }
-  return 10 * ten;
-}
-
-/// Below which all but a part of the values are; 0 where there are none.
-double quantile(std::vector<double>& values, double part) {
+/// Returns the value below which a fraction of the values are; 0 where there are none.
+double quantile(std::vector<double>& values, double fraction) {
   if (values.empty()) return 0;
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 /// Returns the values above 0 of all runs' moving bodies at all frames.
@@ -44,24 +40,62 @@ std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
   return values;
 }
 
+/// Returns the next of 1, 2, 5, 10, … above a value; 1 for 0.
+double round_up(double value) {
+  return value > 0 ? rounded_out(value) : 1;
+}
+
 }  // namespace
 
-Color ramp_at(double share) {
-  const double place = std::clamp(share, 0.0, 1.0) * (error_ramp.size() - 1);
-  const auto index = std::min(static_cast<std::size_t>(place), error_ramp.size() - 2);
+using namespace overlay_colors;
+
+Color ramp_at(double fraction) {
+  const double position = std::clamp(fraction, 0.0, 1.0) * (error_ramp.size() - 1);
+  const auto index = std::min(static_cast<std::size_t>(position), error_ramp.size() - 2);
   Color color{};
   for (std::size_t c = 0; c < 3; ++c) {
     const double from = error_ramp[index][c];
     const double to = error_ramp[index + 1][c];
     color[c] =
-        static_cast<std::uint8_t>(std::lround(from + (to - from) * (place - static_cast<double>(index))));
+        static_cast<std::uint8_t>(std::lround(from + (to - from) * (position - static_cast<double>(index))));
   }
   return color;
 }
 
+Overlays overlays_named(const std::vector<std::string>& names) {
+  using Tint = Overlays::Tint;
+  constexpr std::array<std::pair<std::string_view, bool Overlays::*>, 4> marks{
+      {{"trails", &Overlays::trails},
+       {"joints", &Overlays::joints},
+       {"ghost", &Overlays::ghost},
+       {"contacts", &Overlays::contacts}}};
+  constexpr std::array<std::pair<std::string_view, Tint>, 3> tints{
+      {{"error", Tint::error}, {"penetration", Tint::penetration}, {"velocity", Tint::velocity}}};
+  Overlays overlays;
+  for (const std::string& name : names) {
+    const auto is_named = [&](const auto& entry) { return entry.first == name; };
+    if (const auto mark = std::ranges::find_if(marks, is_named); mark != marks.end()) {
+      overlays.*mark->second = true;
+      continue;
+    }
+    const auto tint = std::ranges::find_if(tints, is_named);
+    if (tint == tints.end()) {
+      throw Error(fmt::format(
+          "--overlay '{}': give some of trails, joints, ghost, contacts, and error, penetration or velocity",
+          name));
+    }
+    if (overlays.tint != Tint::none && overlays.tint != tint->second) {
+      throw Error(fmt::format(
+          "--overlay '{}': bodies have one colour: give one of error, penetration and velocity", name));
+    }
+    overlays.tint = tint->second;
+  }
+  return overlays;
+}
+
 OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const Overlays& overlays) {
   OverlayScales scales;
-  const ErrorScale errors = error_scale(comparison);
+  const Decades errors = axis_of(comparison, Strip::error).decades;
   scales.low = std::pow(10.0, errors.lower);
   scales.high = std::pow(10.0, errors.upper);
   if (overlays.tint == Overlays::Tint::velocity) {
@@ -74,93 +108,41 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   }
   std::vector<double> impulses;
   for (const Run& run : comparison.runs) {
-    for (const std::vector<ContactImpulse>& frame : run.readings.contacts) {
-      for (const ContactImpulse& contact : frame) {
-        if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
-      }
+    for (const ContactImpulse& contact : std::views::join(run.readings.contacts)) {
+      if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
     }
   }
-  // A large one is as long as a tenth of the scene, and a metre is a round number of newton seconds.
+  // Draw a large impulse about a tenth of the scene long, with a round number of newton seconds in a metre
   const double large = quantile(impulses, 0.9);
   if (large > 0) scales.metres_per_impulse = 1 / round_up(large / (0.1 * size_of(scene)));
   return scales;
 }
 
-Overlays overlays_named(const std::vector<std::string>& names) {
-  Overlays overlays;
-  const auto tint = [&](const std::string& name, Overlays::Tint kind) {
-    if (overlays.tint != Overlays::Tint::none && overlays.tint != kind) {
-      throw Error(
-          fmt::format("--overlay '{}': bodies have one colour: give one of error, penetration and "
-                      "velocity",
-                      name));
-    }
-    overlays.tint = kind;
-  };
-  for (const std::string& name : names) {
-    if (name == "trails") {
-      overlays.trails = true;
-    } else if (name == "joints") {
-      overlays.joints = true;
-    } else if (name == "ghost") {
-      overlays.ghost = true;
-    } else if (name == "contacts") {
-      overlays.contacts = true;
-    } else if (name == "error") {
-      tint(name, Overlays::Tint::error);
-    } else if (name == "penetration") {
-      tint(name, Overlays::Tint::penetration);
-    } else if (name == "velocity") {
-      tint(name, Overlays::Tint::velocity);
-    } else {
-      throw Error(
-          fmt::format("--overlay '{}': give some of trails, joints, ghost, contacts, and error, "
-                      "penetration or velocity",
-                      name));
-    }
-  }
-  return overlays;
-}
-
 std::vector<KeyEntry> key_of(const Overlays& overlays, const OverlayScales& scales, bool has_rings) {
-  constexpr Color words{146, 156, 170};
   std::vector<KeyEntry> key;
-  if (has_rings) {
-    key.emplace_back("○ ", gap_color);
-    key.emplace_back("first away from the reference    ", words);
-  }
-  if (overlays.trails) {
-    key.emplace_back("— ", Color{200, 205, 214});
-    key.emplace_back("the last second’s way    ", words);
-  }
-  if (overlays.joints) {
-    key.emplace_back("● ", anchor_color);
-    key.emplace_back("joint  ", words);
-    key.emplace_back("●—● ", gap_color);
-    key.emplace_back("open joint, and the largest gap    ", words);
-  }
-  if (overlays.ghost) {
-    key.emplace_back("□ ", ghost_color);
-    key.emplace_back("where the reference is    ", words);
-  }
-  if (overlays.contacts) {
-    key.emplace_back("● ", idle_color);
-    key.emplace_back("contact  ", words);
-    key.emplace_back("●→ ", arrow_color);
-    key.emplace_back("its impulse in a step    ", words);
-  }
-  if (overlays.tint != Overlays::Tint::none) {
-    const bool is_speed = overlays.tint == Overlays::Tint::velocity;
-    const auto label = [&](double value) {
-      return is_speed ? fmt::format("{:g} m/s", value) : length_label(value);
-    };
-    key.emplace_back(label(scales.low) + " ", words);
-    for (int i = 0; i < 9; ++i) key.emplace_back("■", ramp_at(i / 8.0));
-    const char* const what = is_speed                                       ? "of the bodies’ centres"
-                             : overlays.tint == Overlays::Tint::penetration ? "deep in other bodies"
-                                                                            : "from the reference";
-    key.emplace_back(fmt::format(" {} {}", label(scales.high), what), words);
-  }
+  const auto add = [&](bool is_shown, const char* mark, const Color& color, const char* text) {
+    if (!is_shown) return;
+    key.emplace_back(mark, color);
+    key.emplace_back(text, film_colors::quiet);
+  };
+  add(has_rings, "○ ", gap_color, "first away from the reference    ");
+  add(overlays.trails, "— ", {200, 205, 214}, "the last second’s way    ");
+  add(overlays.joints, "● ", white, "joint  ");
+  add(overlays.joints, "●—● ", gap_color, "open joint, and the largest gap    ");
+  add(overlays.ghost, "□ ", white, "where the reference is    ");
+  add(overlays.contacts, "● ", idle_color, "contact  ");
+  add(overlays.contacts, "●→ ", arrow_color, "its impulse in a step    ");
+  if (overlays.tint == Overlays::Tint::none) return key;
+  const bool is_speed = overlays.tint == Overlays::Tint::velocity;
+  const auto label = [&](double value) {
+    return is_speed ? fmt::format("{:g} m/s", value) : length_label(value);
+  };
+  key.emplace_back(label(scales.low) + " ", film_colors::quiet);
+  for (int i = 0; i < 9; ++i) key.emplace_back("■", ramp_at(i / 8.0));
+  const char* const what = is_speed                                       ? "of the bodies’ centres"
+                           : overlays.tint == Overlays::Tint::penetration ? "deep in other bodies"
+                                                                          : "from the reference";
+  key.emplace_back(fmt::format(" {} {}", label(scales.high), what), film_colors::quiet);
   return key;
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What an algorithm or an engine can be given; `kind` says which of them.
+/// Returns the settings that an algorithm, or an engine, reads.
 std::vector<const SettingsField*> fields_of(PanelChoice::Kind kind) {
   std::vector<const SettingsField*> fields;
   for (const SettingsField& field : settings_fields) {
@@ -29,7 +29,7 @@ std::vector<const SettingsField*> fields_of(PanelChoice::Kind kind) {
   return fields;
 }
 
-/// Sets the panel's settings and, by the key title, its title. Throws Error.
+/// Sets the panel's settings, and its title by the key "title". Throws Error.
 void set(PanelChoice& panel, TypedSettings values) {
   if (const auto title = std::ranges::find(values, "title", [](const auto& value) { return value.first; });
       title != values.end()) {
@@ -44,7 +44,7 @@ void set(PanelChoice& panel, TypedSettings values) {
   set_typed(panel.settings, values, fields_of(panel.kind));
 }
 
-/// The engine of that name, or the first whose name begins with it.
+/// Returns the engine of that name, or the first whose name begins with it. Throws Error.
 std::string engine_named(const std::string& text) {
   const auto begins = [&](const Engine& engine) {
     return engine.name == text || engine.name.starts_with(text + "-");
@@ -119,6 +119,11 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   const TomlValues toml(file);
   const toml::table root = toml.parse();
   toml.expect_keys(root, "the film's file", {"title", "panel"});
+  const auto text_of = [&](const toml::node& value, std::string_view key) {
+    if (const auto* const text = value.as_string()) return **text;
+    if (value.is_number()) return fmt::format("{}", *value.value<double>());
+    toml.fail(value, fmt::format("'{}' must be a number or text", key));
+  };
   PanelFile result;
   if (const auto* node = root.get("title")) result.title = toml.text(*node, "title");
   const toml::node* const list = root.get("panel");
@@ -134,20 +139,10 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
         for (const toml::node& word : toml.array(value, "command"))
           command.push_back(toml.text(word, "command"));
         command = beside(std::move(command), file.parent_path());
-        continue;
-      }
-      std::string text;
-      if (const auto words = value.value<std::string>(); words && value.is_string()) {
-        text = *words;
-      } else if (const auto number = value.value<double>(); number && value.is_number()) {
-        text = fmt::format("{}", *number);
+      } else if (key.str() == "show") {
+        show = text_of(value, "show");
       } else {
-        toml.fail(value, fmt::format("'{}' must be a number or text", key.str()));
-      }
-      if (key.str() == "show") {
-        show = text;
-      } else {
-        values.emplace_back(key.str(), text);
+        values.emplace_back(key.str(), text_of(value, key.str()));
       }
     }
     try {
@@ -164,40 +159,6 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
 Engine engine_of(const PanelChoice& panel) {
   if (!panel.command.empty()) return command_engine(panel.command);
   return *std::ranges::find(engines(), panel.engine, &Engine::name);
-}
-
-std::string name_of(const PanelChoice& panel) {
-  switch (panel.kind) {
-    case PanelChoice::Kind::algorithm:
-    case PanelChoice::Kind::log:
-      if (!panel.author.empty()) return panel.author;
-      return std::string(title_of(panel.settings.algorithm));
-    case PanelChoice::Kind::engine:
-      return engine_of(panel).label;
-    case PanelChoice::Kind::reference:
-      break;
-  }
-  return "Reference";
-}
-
-std::string settings_of(const PanelChoice& panel) {
-  // label() begins with the algorithm's letter and two spaces.
-  const std::string all = label(panel.settings);
-  switch (panel.kind) {
-    case PanelChoice::Kind::algorithm:
-      return all.substr(all.find("  ") + 2);
-    case PanelChoice::Kind::log:
-      if (!panel.author.empty()) return panel.log.filename().string();
-      return fmt::format("{}  {}", panel.log.filename().string(), all.substr(all.find("  ") + 2));
-    case PanelChoice::Kind::engine: {
-      const std::string step = all.substr(all.rfind("  ") + 2);
-      return engine_of(panel).has_iterations ? fmt::format("m={}  {}", panel.settings.iterations, step)
-                                             : step;
-    }
-    case PanelChoice::Kind::reference:
-      break;
-  }
-  return "";
 }
 
 int hue_of(const PanelChoice& panel) {

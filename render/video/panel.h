@@ -1,5 +1,5 @@
 #pragma once
-/// What each panel of a film shows.
+/// The choice of what a panel of a film shows.
 
 #include <filesystem>
 #include <string>
@@ -16,20 +16,21 @@ struct PanelChoice {
   Kind kind = Kind::algorithm;
   Settings settings;          ///< of an algorithm; of an engine the step and the iterations
   std::string engine;         ///< its name in engines(); empty: a command
-  Command command;            ///< that simulates, see command_engine.h
+  Command command;            ///< of an engine without a name, see command_engine.h
   std::filesystem::path log;  ///< a finished run: a pose log or table
-  std::string author;         ///< of a run that another program made
-  std::string title;          ///< words of one's own; empty: what the rest says
-  int shade = 0;              ///< of its ink: the number of earlier panels with the same
+  std::string author;         ///< the program that made a log, where it is another
+  std::string title;          ///< typed; empty: the settings that differ from other panels
+  int shade = 0;              ///< of its colour: the number of earlier panels with the same colour
 };
 
-/// A1 to A5 with these settings, then the reference. A2 gets n·m iterations: as many row solves.
+/// Returns panels of A1 to A5 with these settings, and of the reference. A2 gets n·m iterations: as many row
+/// solves.
 std::vector<PanelChoice> default_panels(const Settings& settings);
 
-/// As typed: "a5,n=4,joints=stable", "bullet-si", "log:run.csv", "reference", each with ",title=…" at
-/// its end; "bullet" is the first engine of that name. Settings go by the names of settings_fields.h, or as
-/// labels have them: "substeps" or "n". What is not given is as in `settings`; A2, AVBD and engines
-/// get n·m iterations, as many as A3 to A5 spend. Throws Error.
+/// Reads a typed panel: "a5,n=4,joints=stable", "bullet-si", "log:run.csv" or "reference", each with
+/// ",title=…" at its end; "bullet" is the first engine whose name begins so. Settings have the names of
+/// settings_fields.h or of labels: "substeps" or "n". `settings` has the others; A2, AVBD and engines get n·m
+/// iterations, as many as A3 to A5 spend. Throws Error.
 PanelChoice panel_in(const std::string& text, const Settings& settings);
 
 struct PanelFile {
@@ -37,18 +38,14 @@ struct PanelFile {
   std::vector<PanelChoice> panels;
 };
 
-/// A TOML file of tables [[panel]], each with `show` ("a5", "bullet", "log:run.poses.txt", "reference") or
-/// `command` (["python3", "mine.py", "{scene}", "{settings}", "{poses}"]) and panel_in()'s keys; and a
-/// `title`. Logs, and files of commands, are looked for beside the file. Throws Error.
+/// Reads a TOML file with a `title` and tables [[panel]], each with `show` ("a5", "bullet",
+/// "log:run.poses.txt", "reference") or `command` (["python3", "mine.py", "{scene}", "{settings}",
+/// "{poses}"]) and panel_in()'s keys. Logs, and files of commands, are beside the file. Throws Error.
 PanelFile read_panels(const std::filesystem::path& file, const Settings& settings);
 
-/// The engine of an engine's panel.
+/// Returns the engine of an engine's panel.
 Engine engine_of(const PanelChoice& panel);
-/// What stands first, in the panel's colour: "A5", "Bullet SI", "Reference".
-std::string name_of(const PanelChoice& panel);
-/// How it was run: "n=4 m=1 stable  h=1/60".
-std::string settings_of(const PanelChoice& panel);
-/// Index of `inks`.
+/// Returns the index of the panel's colour in `inks`.
 int hue_of(const PanelChoice& panel);
 
 }  // namespace substep::render

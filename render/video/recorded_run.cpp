@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sim/error.h"
@@ -16,7 +17,59 @@
 namespace substep::render {
 namespace {
 
-/// Reads at a kept step what takes velocities.
+constexpr double same = 1e-6;  // of a step: tolerance of sums of steps and of frames
+
+/// Returns the clock of a run that keeps multiples of `every` steps, which are `instant` s long together.
+FrameClock clock_of(const FrameTimes& frames, double instant, std::int64_t every) {
+  FrameClock clock;
+  const auto keep = [&](std::int64_t kept) {
+    if (clock.steps.empty() || clock.steps.back() < kept * every) clock.steps.push_back(kept * every);
+  };
+  for (const double time : frames.times()) {
+    const double exact = time / instant;
+    auto before = static_cast<std::int64_t>(std::floor(exact + same));
+    const double weight = exact - static_cast<double>(before);
+    keep(before);
+    const auto at = std::ranges::lower_bound(clock.steps, before * every) - clock.steps.begin();
+    clock.positions.push_back({static_cast<std::size_t>(at), weight < same ? 0 : weight});
+    if (weight >= same) keep(before + 1);
+  }
+  return clock;
+}
+
+bool is_exact(const FrameClock& clock) {
+  return std::ranges::all_of(clock.positions,
+                             [](const FrameClock::Position& position) { return position.weight == 0; });
+}
+
+std::vector<Coordinates> between(const std::vector<Coordinates>& a, const std::vector<Coordinates>& b,
+                                 double weight) {
+  std::vector<Coordinates> result;
+  result.reserve(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    result.push_back(
+        {a[i].linear + weight * (b[i].linear - a[i].linear), a[i].angular.slerp(weight, b[i].angular)});
+  }
+  return result;
+}
+
+std::vector<float> between(const std::vector<float>& a, const std::vector<float>& b, double weight) {
+  std::vector<float> result;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    result.push_back(std::lerp(a[i], b[i], static_cast<float>(weight)));
+  return result;
+}
+
+std::vector<ContactImpulse> between(const std::vector<ContactImpulse>&, const std::vector<ContactImpulse>& b,
+                                    double) {
+  return b;
+}
+
+double between(double a, double b, double weight) {
+  return a + weight * (b - a);
+}
+
+/// Reads at a kept step the quantities that need velocities.
 void read_velocities(const Scene& scene, const ReadingChoice& choice, const State& state, double& start,
                      Readings& readings) {
   if (choice.energy) {
@@ -30,7 +83,7 @@ void read_velocities(const Scene& scene, const ReadingChoice& choice, const Stat
   }
 }
 
-/// Makes the run's next step, and counts its time.
+/// Makes the run's next step, and adds its CPU time.
 template <typename Step>
 decltype(auto) timed(Run& run, const Step& step) {
   const double start = cpu_time();
@@ -40,13 +93,70 @@ decltype(auto) timed(Run& run, const Step& step) {
   return result;
 }
 
+/// Reads the speeds of a run from the distances between neighbouring frames.
+void read_speeds(Run& run, double interval) {
+  for (std::size_t k = 0; k < run.poses.size(); ++k) {
+    const std::size_t from = k == 0 ? 0 : k - 1;
+    const std::size_t to = std::min(from + 1, run.poses.size() - 1);
+    std::vector<float>& speeds = run.readings.speeds.emplace_back();
+    for (std::size_t body = 0; body < run.poses[k].size(); ++body) {
+      const double distance = (run.poses[to][body].linear - run.poses[from][body].linear).norm();
+      speeds.push_back(static_cast<float>(distance / interval));
+    }
+  }
+}
+
 }  // namespace
 
-bool take_shots(const FrameClock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
+std::vector<double> FrameTimes::times() const {
+  std::vector<double> times;
+  const auto last = static_cast<std::int64_t>(std::floor((duration - start) / interval + same));
+  for (std::int64_t k = 0; k <= last; ++k) times.push_back(start + static_cast<double>(k) * interval);
+  return times;
+}
+
+std::size_t FrameClock::frames_of(std::size_t kept) const {
+  const auto is_shown = [&](const Position& position) {
+    return position.before + (position.weight > 0 ? 1 : 0) < kept;
+  };
+  return static_cast<std::size_t>(std::ranges::partition_point(positions, is_shown) - positions.begin());
+}
+
+std::vector<FrameClock> frame_clocks(const FrameTimes& frames, const std::vector<double>& steps) {
+  std::vector<FrameClock> clocks;
+  for (const double step : steps) clocks.push_back(clock_of(frames, step, 1));
+  if (std::ranges::all_of(clocks, is_exact)) return clocks;
+  const double longest = std::ranges::max(steps);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double every = std::round(longest / steps[i]);
+    if (std::abs(every * steps[i] - longest) > same * longest) {
+      throw Error(fmt::format(
+          "steps of {:g} s and {:g} s: frames {:g} s apart lie between them, and the shorter step does not "
+          "divide the longer: give a step that does, or one that divides the frames' interval",
+          steps[i], longest, frames.interval));
+    }
+    clocks[i] = clock_of(frames, longest, static_cast<std::int64_t>(every));
+  }
+  return clocks;
+}
+
+template <typename Value>
+void spread(const FrameClock& clock, std::vector<Value>& values) {
+  std::vector<Value> result;
+  for (std::size_t k = 0; k < clock.frames_of(values.size()); ++k) {
+    const auto& [before, weight] = clock.positions[k];
+    result.push_back(weight == 0 ? values[before] : between(values[before], values[before + 1], weight));
+  }
+  values = std::move(result);
+}
+template void spread(const FrameClock& clock, std::vector<double>& values);
+template void spread(const FrameClock& clock, std::vector<std::vector<Coordinates>>& values);
+
+bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::function<bool()>& step,
                 const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
                 std::int64_t& steps, const std::function<void(const State&)>& read) {
-  for (const std::int64_t shot : clock.steps) {
-    while (steps < shot * steps_per_shot) {
+  for (const std::int64_t kept : clock.steps) {
+    while (steps < kept * parts) {
       if (tally.stop) return true;
       ++steps;
       ++tally.done;
@@ -79,7 +189,7 @@ void simulate_algorithm(const Scene& scene, const FrameClock& clock, const Readi
     invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
     if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
   };
-  if (!take_shots(
+  if (!keep_steps(
           clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps,
           read)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
@@ -109,7 +219,7 @@ void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingC
   const auto read = [&](const State& state) {
     read_velocities(scene, choice, state, start_energy, run.readings);
   };
-  if (!take_shots(
+  if (!keep_steps(
           clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps, read)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
@@ -117,8 +227,8 @@ void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingC
 }
 
 void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
-  for (const std::int64_t shot : clock.steps) {
-    const auto frame = static_cast<std::size_t>(shot);
+  for (const std::int64_t kept : clock.steps) {
+    const auto frame = static_cast<std::size_t>(kept);
     if (frame >= log.frames.size()) {
       if (!log.end.starts_with("diverged")) {
         throw Error(fmt::format("{}: ends at {:g} s: shorten the film with --duration",
@@ -155,16 +265,19 @@ void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
   }
 }
 
-void read_speeds(const Run& run, double interval, Readings& readings) {
-  for (std::size_t k = 0; k < run.poses.size(); ++k) {
-    const std::size_t from = k == 0 ? 0 : k - 1;
-    const std::size_t to = std::min(from + 1, run.poses.size() - 1);
-    std::vector<float>& speeds = readings.speeds.emplace_back();
-    for (std::size_t body = 0; body < run.poses[k].size(); ++body) {
-      const double way = (run.poses[to][body].linear - run.poses[from][body].linear).norm();
-      speeds.push_back(static_cast<float>(way / interval));
-    }
-  }
+void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
+  Readings& readings = run.readings;
+  spread(clock, run.poses);
+  for (auto* const series :
+       {&run.errors, &readings.gaps, &readings.energies, &readings.deepest, &readings.expected})
+    spread(clock, *series);
+  spread(clock, readings.depths);
+  spread(clock, readings.speeds);
+  spread(clock, readings.contacts);
+  if (choice.speeds && readings.speeds.empty()) read_speeds(run, interval);
+  double squares = 0;
+  for (const double error : run.errors) squares += error * error;
+  run.rms_error = run.errors.empty() ? 0 : std::sqrt(squares / static_cast<double>(run.errors.size()));
 }
 
 }  // namespace substep::render

@@ -1,6 +1,7 @@
 #include "render/video/reference_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@
 namespace substep::render {
 namespace {
 
-/// Returns the mean of squared_distance over the bodies that move.
+/// Returns the mean of squared_distance() over the dynamic bodies.
 double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
                              const std::vector<Coordinates>& should_be) {
   double sum = 0;
@@ -30,8 +31,6 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
   }
   return count == 0 ? 0 : sum / count;
 }
-
-}  // namespace
 
 nlohmann::json to_json(const ReferenceAttempt& attempt) {
   return {{"poses", attempt.poses},
@@ -53,21 +52,26 @@ ReferenceAttempt attempt_in(const nlohmann::json& json) {
   return attempt;
 }
 
+}  // namespace
+
 bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
                 const std::vector<Coordinates>& other) {
-  constexpr double settled = 1e-9;  // of the scene's size
-  const double most = settled * size_of(scene);
+  const double most = 1e-9 * size_of(scene);
   return mean_squared_distance(scene, one, other) <= most * most;
 }
 
-void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally,
-                        const ReferenceAttempt* like) {
+ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
+                                    bool is_smooth, const ReferenceCache& cache, Tally& tally,
+                                    const ReferenceAttempt* like) {
+  const std::string key = fmt::format("film {:016x} {} {} {} {}", scene.hash, step, divisions, is_smooth,
+                                      fmt::join(clock.steps, " "));
+  if (const auto kept = cache.find(key)) return attempt_in(*kept);
+  ReferenceAttempt attempt;
   std::int64_t steps = 0;
-  bool goes_on = true;
+  bool continues = true;
   if (is_smooth) {
     const std::unique_ptr<Stepper> stepper = reference_stepper(scene, step / divisions, 8);
-    goes_on = take_shots(
+    continues = keep_steps(
         clock, divisions, tally, [&] { return stepper->step(); },
         [&]() -> const State& { return stepper->state(); }, attempt.poses, steps);
   } else {
@@ -85,11 +89,13 @@ void simulate_reference(const Scene& scene, const FrameClock& clock, double step
       }
       return report.status != StepReport::Status::diverged;
     };
-    goes_on = take_shots(
+    continues = keep_steps(
         clock, divisions, tally, advance, [&]() -> const State& { return simulation.state(); }, attempt.poses,
         steps);
   }
-  if (!goes_on) attempt.ended = static_cast<double>(steps) * step / divisions;
+  if (!continues) attempt.ended = static_cast<double>(steps) * step / divisions;
+  if (!tally.stop && !(like && attempt.ended)) cache.keep(key, to_json(attempt));
+  return attempt;
 }
 
 bool has_smooth_reference(const Scene& scene, double step) {
@@ -107,18 +113,18 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   reference.method = method;
   reference.poses = std::move(fine.poses);
   const std::size_t both = std::min(reference.poses.size(), coarse.poses.size());
-  const double most = parted * size_of(scene);
+  const double most = refinement_limit * size_of(scene);
   while (reference.known < both) {
     const std::size_t k = reference.known;
     const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
-    // Count a NaN as diverged.
+    // Count a NaN as diverged
     if (!(apart <= most)) break;
     if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
     reference.uncertainty.push_back(apart);
     ++reference.known;
   }
   if (reference.known == times.size()) return reference;
-  // Do not count the start, at which all are alike.
+  // Drop the start, at which all runs are equal
   if (reference.known == 1) {
     reference.known = 0;
     reference.uncertainty.clear();
@@ -137,10 +143,9 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   return reference;
 }
 
-/// Returns the mean squared distance of a body's points between two poses. A turn by θ about the unit axis u
-/// moves a point by 2 sin(θ/2) times its distance from the axis, and the
-/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
-/// two.
+/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
+/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the two
+/// poses.
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
   double sum = (is.linear - should_be.linear).squaredNorm();
   const Quaternion between = should_be.angular.conjugate() * is.angular;
@@ -153,12 +158,12 @@ double squared_distance(const Body& body, const Coordinates& is, const Coordinat
   return sum;
 }
 
-std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run) {
+std::optional<Divergence> divergence_of(const Scene& scene, const Comparison& comparison, const Run& run) {
   if (!comparison.reference || run.is_reference()) return std::nullopt;
-  const double most = away * size_of(scene);
+  const double most = divergence_limit * size_of(scene);
   const std::size_t frames = std::min(run.poses.size(), comparison.reference->known);
   for (std::size_t k = 0; k < frames; ++k) {
-    Departure farthest{k};
+    Divergence farthest{k};
     for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
       if (scene.bodies[body].inverse_mass == 0) continue;
       const double distance = std::sqrt(
@@ -170,18 +175,11 @@ std::optional<Departure> departure_of(const Scene& scene, const Comparison& comp
   return std::nullopt;
 }
 
-double root_mean_square(const std::vector<double>& values) {
-  double squares = 0;
-  for (const double value : values) squares += value * value;
-  return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
-}
-
 void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
   const std::size_t kept = std::min(run.poses.size(), reference.known);
   for (std::size_t k = 0; k < kept; ++k) {
     run.errors.push_back(std::sqrt(mean_squared_distance(scene, run.poses[k], reference.poses[k])));
   }
-  run.rms_error = root_mean_square(run.errors);
 }
 
 }  // namespace substep::render

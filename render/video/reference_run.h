@@ -1,7 +1,6 @@
 #pragma once
 /// The reference that errors are measured from: two runs of different steps.
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,35 +10,36 @@
 
 namespace substep::render {
 
-/// One of the two runs that are the reference.
+/// One of the two runs of the reference.
 struct ReferenceAttempt {
   std::vector<std::vector<Coordinates>> poses;
-  std::optional<double> ended;     ///< when it could not go on, s
-  std::optional<double> unsolved;  ///< when a step was not solved first, s
+  std::optional<double> ended;     ///< time of its early end, s
+  std::optional<double> unsolved;  ///< time of the first unsolved step, s
   int unsolved_steps = 0;
+
+  bool is_whole(const FrameClock& clock) const {
+    return !ended && !unsolved && poses.size() == clock.steps.size();
+  }
 };
 
-nlohmann::json to_json(const ReferenceAttempt& attempt);
-ReferenceAttempt attempt_in(const nlohmann::json& json);
+/// Returns whether the scene's forces are smooth, so that the reference integrator can run it.
+bool has_smooth_reference(const Scene& scene, double step);
 
-/// Returns whether two refinements agree so well that smaller steps would show nothing new.
+/// Returns whether two refinements agree within 1e-9 of the scene's size: smaller steps would show nothing
+/// new.
 bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
                 const std::vector<Coordinates>& other);
 
-/// Simulates one of the two, with steps of `step` / `divisions`. `is_smooth`: by the reference integrator;
-/// else by A1, which stops where a frame is not `like` the other run's.
-void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally,
-                        const ReferenceAttempt* like = nullptr);
+/// Simulates one of the two runs, with steps of `step` / `divisions`, or takes it from the cache.
+/// `is_smooth`: by the reference integrator; else by A1, which stops where a frame differs from `like`'s.
+/// Does not cache a run that stopped so.
+ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
+                                    bool is_smooth, const ReferenceCache& cache, Tally& tally,
+                                    const ReferenceAttempt* like = nullptr);
 
-/// Returns whether the scene's forces are smooth.
-bool has_smooth_reference(const Scene& scene, double step);
-
-/// Returns what the two runs say together: until when the finer is a reference.
+/// Returns the finer run as reference, up to the time at which the two runs diverge. `times`: of the kept
+/// steps, s.
 ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
                           const std::vector<double>& times, const std::string& method);
-
-/// Returns 0 where there are no values.
-double root_mean_square(const std::vector<double>& values);
 
 }  // namespace substep::render

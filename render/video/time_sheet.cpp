@@ -8,9 +8,9 @@
 
 #include "render/renderer.h"
 #include "render/text.h"
-#include "render/video/comparison_table.h"
-#include "render/video/composition.h"
-#include "sim/error.h"
+#include "render/video/labels.h"
+#include "render/video/strips.h"
+#include "render/video/titles.h"
 
 namespace substep::render {
 namespace {
@@ -18,12 +18,12 @@ namespace {
 constexpr Color dark{40, 43, 50};
 constexpr Color quiet{100, 105, 114};
 
-/// The layout in pixels. For a single time rows hold several runs, and later rows may hold one less, in wider
+/// The layout in pixels. For a single time a row holds several runs; later rows may hold one less, in wider
 /// pictures.
 struct Grid {
   int gap, line, left, top, width, height;
   std::size_t most;  ///< runs in a row
-  std::size_t full;  ///< runs in the rows that hold so many
+  std::size_t full;  ///< runs in the rows that hold the most
   std::size_t rows;
 
   Grid(const TimeSheetSettings& settings)
@@ -57,7 +57,7 @@ struct Grid {
   int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
-/// Draws the run's title above its row, its name in its colour.
+/// Draws the run's name, in its colour, and title above its row.
 void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, const std::string& words,
               double size) {
   const double base = grid.y(row) - 0.4 * size;
@@ -70,14 +70,14 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
 
-/// Returns the value that the comparison's strip shows for a run at a frame, or why the run ended.
+/// Returns a run's value of the comparison's strip at a frame, or why the run ended.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
   if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
   }
-  if (comparison.strip && comparison.strip != Strip::error &&
-      frame < series_of(run, *comparison.strip).size()) {
-    return axis_of(comparison, *comparison.strip).label(series_of(run, *comparison.strip)[frame]);
+  if (comparison.strip && comparison.strip != Strip::error) {
+    const std::vector<double>& values = series_of(run, *comparison.strip);
+    if (frame < values.size()) return axis_of(comparison, *comparison.strip).label(values[frame]);
   }
   if (!run.refusal.empty()) return frame == 0 ? run.refusal : "";
   if (run.diverged && frame >= run.poses.size()) {
@@ -107,15 +107,18 @@ Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
   });
 }
 
-/// Returns all poses that are shown, for the camera.
-std::vector<std::vector<Coordinates>> shown_poses(const TimeSheet& sheet) {
-  std::vector<std::vector<Coordinates>> shown;
-  for (const Run& run : sheet.comparison.runs) {
-    for (const std::size_t frame : sheet.frames) {
-      if (frame < run.poses.size()) shown.push_back(run.poses[frame]);
-    }
+/// Draws the sheet's title, and below it the settings of all runs and the quantity of their notes.
+void draw_head(Image& image, const Grid& grid, const TimeSheetSettings& settings,
+               const Comparison& comparison, const std::string& shared) {
+  if (!settings.title.empty()) {
+    draw_text(image, grid.left, grid.gap + settings.text, settings.title,
+              {.size = 1.2 * settings.text, .color = dark, .bold = true});
   }
-  return shown;
+  const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
+  const std::string legend = shared + (shared.empty() || notes.empty() ? "" : " · ") + notes;
+  TextStyle small{.size = settings.text, .color = quiet};
+  while (small.size > 6 && text_width(legend, small) > image.width - 2 * grid.gap) small.size *= 0.97;
+  draw_text(image, grid.left, grid.top - 1.4 * grid.line, legend, small);
 }
 
 }  // namespace
@@ -137,46 +140,45 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   whole.height = grid.top + static_cast<int>(grid.rows) * (grid.height + grid.line + grid.gap);
   check(whole);
 
-  TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings), {}};
-  std::ranges::fill(sheet.image.rgb, std::uint8_t{255});
-  for (const double time : settings.times) {
-    sheet.frames.push_back(static_cast<std::size_t>(std::lround(time / settings.comparison.step)));
-  }
+  TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings)};
+  Image& image = sheet.image;
   const Comparison& comparison = sheet.comparison;
-  if (!settings.title.empty()) {
-    draw_text(sheet.image, grid.left, grid.gap + settings.text, settings.title,
-              {.size = 1.2 * settings.text, .color = dark, .bold = true});
-  }
+  std::ranges::fill(image.rgb, std::uint8_t{255});
   const Titles titles = titles_of(comparison.runs);
-  const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
-  const std::string legend = titles.shared + (titles.shared.empty() || notes.empty() ? "" : " · ") + notes;
-  TextStyle small{.size = settings.text, .color = quiet};
-  while (small.size > 6 && text_width(legend, small) > whole.width - 2 * grid.gap) small.size *= 0.97;
-  draw_text(sheet.image, grid.left, grid.top - 1.4 * grid.line, legend, small);
-  std::map<int, Renderer> renderers;  // by the pictures' width
+  draw_head(image, grid, settings, comparison, titles.shared);
+  std::vector<std::size_t> frames;
+  for (const double time : settings.times)
+    frames.push_back(static_cast<std::size_t>(std::lround(time / settings.comparison.step)));
+  // Make a renderer for each width of pictures, whose camera holds all shown poses
+  std::vector<std::vector<Coordinates>> shown;
+  for (const Run& run : comparison.runs) {
+    for (const std::size_t frame : frames) {
+      if (frame < run.poses.size()) shown.push_back(run.poses[frame]);
+    }
+  }
+  std::map<int, Renderer> renderers;
   for (std::size_t run = 0; run < runs; ++run) {
     pictures.width = grid.width_of(run);
     if (!renderers.contains(pictures.width))
-      renderers.emplace(pictures.width,
-                        Renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet)));
+      renderers.emplace(pictures.width, Renderer(seen_by(settings.camera, scene), pictures, shown));
   }
-  for (std::size_t column = 0; column < sheet.frames.size(); ++column) {
-    const std::size_t frame = sheet.frames[column];
-    draw_text(sheet.image, grid.x(column, 0), grid.top - 0.4 * settings.text,
+  for (std::size_t column = 0; column < frames.size(); ++column) {
+    const std::size_t frame = frames[column];
+    draw_text(image, grid.x(column, 0), grid.top - 0.4 * settings.text,
               fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
               {.size = settings.text, .color = dark, .bold = true});
     for (std::size_t row = 0; row < runs; ++row) {
       const Run& run = comparison.runs[row];
-      if (column == 0) draw_run(sheet.image, grid, row, run, titles.words[row], settings.text);
+      if (column == 0) draw_run(image, grid, row, run, titles.words[row], settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
-        paste(sheet.image, renderers.at(grid.width_of(row)).draw(run.poses[last]), grid.x(column, row),
+        paste(image, renderers.at(grid.width_of(row)).draw(run.poses[last]), grid.x(column, row),
               grid.y(row));
       }
-      draw_note(sheet.image, grid, column, row, note_on(comparison, run, frame), settings.text);
+      draw_note(image, grid, column, row, note_on(comparison, run, frame), settings.text);
       if (settings.progress) {
         settings.progress("drawing", static_cast<double>(column * runs + row + 1) /
-                                         static_cast<double>(runs * sheet.frames.size()));
+                                         static_cast<double>(runs * frames.size()));
       }
     }
   }

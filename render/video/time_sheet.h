@@ -13,25 +13,24 @@
 namespace substep::render {
 
 struct TimeSheetSettings {
-  ComparisonSettings comparison;  ///< its start, duration and frame interval are not read
+  ComparisonSettings comparison;  ///< the sheet sets start, duration and frame interval
   std::vector<double> times;      ///< s, ascending: the nearest steps are shown
-  int runs_in_row = 1;            ///< of a single time
-  std::string title;              ///< above all; empty: none
+  int runs_in_row = 1;            ///< for a single time
+  std::string title;              ///< at the top; empty: none
   int width = 1280;               ///< of one picture, pixels
   int height = 720;
-  double text = 16;   ///< pixels
-  FilmCamera camera;  ///< one that stands still
+  double text = 16;   ///< size, pixels
+  FilmCamera camera;  ///< one that does not move
   /// Receives the current task and the fraction done; may be empty.
   std::function<void(std::string_view stage, double share)> progress;
 };
 
-/// Between pictures, pixels.
+/// Returns the gap between pictures, pixels.
 int gap_of(const TimeSheetSettings& settings);
 
 struct TimeSheet {
   Image image;
-  Comparison comparison;  ///< whose frames are at `frames` of the times
-  std::vector<std::size_t> frames;
+  Comparison comparison;
 };
 
 /// Simulates and draws the runs. Each picture shows its error where there is one. Throws Error.

@@ -9,12 +9,14 @@
 #include <set>
 #include <utility>
 
+#include "render/inks.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep::render {
 namespace {
 
-/// A setting in words; `key` names what can be compared: iterations of a step are not those of a sub-step.
+/// A setting in words. Settings with equal keys can be compared: iterations of a step have another key than
+/// iterations of a sub-step.
 struct Item {
   const SettingsField* field;
   std::string key;
@@ -63,7 +65,7 @@ std::vector<Item> items_of(const PanelChoice& panel) {
   return items;
 }
 
-/// Returns what distinguishes an algorithm, for who has not read the report.
+/// Returns a few words on an algorithm, for readers who do not know the report.
 std::string words_on(const PanelChoice& panel) {
   if (panel.kind == PanelChoice::Kind::log) return panel.author.empty() ? "finished run" : "";
   if (panel.kind != PanelChoice::Kind::algorithm) return "";
@@ -86,11 +88,63 @@ std::string words_on(const PanelChoice& panel) {
   return "";
 }
 
+/// Returns the colour of "#5db4ea".
+Color color_in(const char* ink) {
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    const auto digit = [&](std::size_t at) { return ink[at] <= '9' ? ink[at] - '0' : ink[at] - 'a' + 10; };
+    color[i] = static_cast<std::uint8_t>(16 * digit(1 + 2 * i) + digit(2 + 2 * i));
+  }
+  return color;
+}
+
+/// Returns `percent` of `color` over the rest of `below`.
+Color mixed(const Color& color, const Color& below, int percent) {
+  Color result{};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<std::uint8_t>(below[i] + (color[i] - below[i]) * percent / 100);
+  }
+  return result;
+}
+
+/// Returns the shade of an ink: 0 the ink, 1 nearer to `away`, 2 fainter, and so on in turn.
+Color shaded(const char* ink, int shade, const Color& away) {
+  constexpr Color grey{100, 104, 112};
+  const Color color = color_in(ink);
+  return shade % 3 == 0 ? color : shade % 3 == 1 ? mixed(color, away, 45) : mixed(color, grey, 50);
+}
+
 }  // namespace
+
+std::string name_of(const PanelChoice& panel) {
+  if (panel.kind == PanelChoice::Kind::engine) return engine_of(panel).label;
+  if (panel.kind == PanelChoice::Kind::reference) return "Reference";
+  return panel.author.empty() ? std::string(title_of(panel.settings.algorithm)) : panel.author;
+}
+
+std::string settings_of(const PanelChoice& panel) {
+  // label() begins with the algorithm's name and two spaces.
+  const std::string all = label(panel.settings);
+  const std::string settings = all.substr(all.find("  ") + 2);
+  switch (panel.kind) {
+    case PanelChoice::Kind::algorithm:
+      return settings;
+    case PanelChoice::Kind::log:
+      return panel.log.filename().string() + (panel.author.empty() ? "  " + settings : "");
+    case PanelChoice::Kind::engine: {
+      const std::string step = all.substr(all.rfind("  ") + 2);
+      return engine_of(panel).has_iterations ? fmt::format("m={}  {}", panel.settings.iterations, step)
+                                             : step;
+    }
+    case PanelChoice::Kind::reference:
+      break;
+  }
+  return "";
+}
 
 Titles titles_of(const std::vector<Run>& runs) {
   std::vector<std::vector<Item>> items;
-  std::vector<std::string> keys;  // in the order in which they are shown
+  std::vector<std::string> keys;  // in the order of the legend
   for (const Run& run : runs) {
     items.push_back(items_of(run.panel));
     for (const Item& item : items.back()) {
@@ -112,7 +166,7 @@ Titles titles_of(const std::vector<Run>& runs) {
     bool is_missing = false;
     for (std::size_t i = 0; i < runs.size(); ++i)
       is_missing = is_missing || is_left_out(runs[i].panel, *field, items[i]);
-    // A panel's title has how much it works, unless all panels do the same.
+    // Put sub-steps and iterations into a panel's title, unless all panels have the same
     const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
     if (is_alone || is_missing || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
       differing.insert(key);
@@ -133,6 +187,22 @@ Titles titles_of(const std::vector<Run>& runs) {
     titles.words.push_back(given.empty() ? words : given);
   }
   return titles;
+}
+
+Color accent(const PanelChoice& panel) {
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).dark, panel.shade, {255, 255, 255});
+}
+
+Color accent_on_white(const PanelChoice& panel) {
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).light, panel.shade, {0, 0, 0});
+}
+
+Color faded(const Color& color) {
+  return mixed(color, film_colors::surface, 38);
+}
+
+std::string html_color(const Color& color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
 }
 
 }  // namespace substep::render

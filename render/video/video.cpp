@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "render/image.h"
 #include "render/video/ffmpeg.h"
 #include "render/video/film_painter.h"
-#include "render/video/frame_folder.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/measure/expectations.h"
@@ -22,7 +22,57 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that ffmpeg writes: beside, then renamed.
+/// A folder of numbered frames frame_0000.png …, whole or not at all: frames are written to a folder beside
+/// it, which is then renamed. Replaces an earlier folder of such frames. Throws Error where the folder holds
+/// other files.
+class FrameFolder {
+ public:
+  explicit FrameFolder(const fs::path& folder)
+      : folder_(folder.has_filename() ? folder : folder.parent_path()) {
+    std::error_code ignored;
+    if (fs::exists(folder_, ignored)) {
+      if (!fs::is_directory(folder_, ignored)) {
+        throw Error(fmt::format("{}: is not a folder: name another for the frames", folder_.string()));
+      }
+      refuse_other_files();
+    } else {
+      require_folder_of(folder_);
+    }
+    partial_ = std::make_unique<PartialFile>(folder_, PartialFile::Kind::folder);
+  }
+
+  void write(const Image& frame) {
+    write_png(frame, partial_->path() / fmt::format("frame_{:04d}.png", count_++));
+  }
+
+  void publish() {
+    std::error_code failure;
+    if (fs::exists(folder_, failure)) {
+      // Check again: much time may have passed
+      refuse_other_files();
+      fs::remove_all(folder_, failure);
+    }
+    partial_->publish();
+  }
+
+ private:
+  void refuse_other_files() const {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      const bool is_frame = name.starts_with("frame_") && name.ends_with(".png") &&
+                            name.find_first_not_of("0123456789", 6) == name.size() - 4;
+      if (is_frame) continue;
+      throw Error(fmt::format("{}: holds {}, which is no frame: name another folder for the frames",
+                              folder_.string(), name));
+    }
+  }
+
+  fs::path folder_;
+  std::unique_ptr<PartialFile> partial_;
+  int count_ = 0;
+};
+
+/// A file that ffmpeg writes, whole or not at all.
 class FilmFile {
  public:
   FilmFile(const fs::path& file, const fs::path& program, std::vector<std::string> arguments)
@@ -36,7 +86,7 @@ class FilmFile {
     ++frames_;
   }
 
-  /// Waits until the file is complete and looks at it; returns its size. Throws Error.
+  /// Waits until the file is complete, checks it and returns its size. Throws Error.
   std::uintmax_t complete() {
     ffmpeg_->finish();
     require_whole_film(program_, partial_.path(), frames_);
@@ -51,53 +101,45 @@ class FilmFile {
   int frames_ = 0;
 };
 
-struct LoopAttempt {
-  int width;
-  int every;   ///< of the video's frames
-  int colors;  ///< in the palette
-};
+std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
 
-void make_loop(const Film& film_frames, const fs::path& program) {
-  const VideoSettings& settings = film_frames.settings;
-  const Comparison& comparison = film_frames.comparison;
-  constexpr std::uintmax_t limit = 2'000'000;
-  // Each smaller than the one before; the first that is small enough is taken.
-  for (const LoopAttempt attempt :
+/// Writes the first of several loops, each smaller than the one before, that has at most 2 MB. Throws Error
+/// where none has.
+void make_loop(const Film& film, const fs::path& program) {
+  const VideoSettings& settings = film.settings;
+  struct LoopAttempt {
+    int width;
+    int every;   ///< of the video's frames
+    int colors;  ///< in the palette
+  };
+  for (const auto& [width, every, colors] :
        {LoopAttempt{800, 2, 128}, LoopAttempt{800, 3, 96}, LoopAttempt{640, 3, 64}, LoopAttempt{480, 3, 48},
         LoopAttempt{400, 6, 32}}) {
-    const int height =
-        static_cast<int>(std::lround(0.5 * attempt.width * settings.height / settings.width)) * 2;
-    const Composition composition = composition_of(film_frames, attempt.width, height);
-    const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
-    const double rate = settings.frame_rate / attempt.every;
-    std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
+    const int height = static_cast<int>(std::lround(0.5 * width * settings.height / settings.width)) * 2;
+    const int count = (static_cast<int>(film.comparison.times.size()) - 1) / every + 1;
     const std::string filter = fmt::format(
         "split[a][b];[a]palettegen=max_colors={}:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode="
         "rectangle",
-        attempt.colors);
-    // -loop 0: for ever. The last frame stays for a second before it starts again.
-    for (const std::string& word :
-         {std::string("-filter_complex"), filter, std::string("-loop"), std::string("0"),
-          std::string("-final_delay"), std::string("100"), std::string("-fflags"), std::string("+bitexact"),
-          std::string("-f"), std::string("gif")}) {
-      arguments.push_back(word);
-    }
-    FilmFile film(*settings.loop, program, arguments);
-    paint_in_order(count, settings.threads, painters(film_frames, composition, attempt.every),
-                   [&](int k, const Image& frame) {
-                     film.write(frame);
-                     if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
-                   });
-    if (film.complete() <= limit) {
-      film.publish();
-      return;
-    }
+        colors);
+    // Loop for ever (-loop 0), with the last frame for a second (-final_delay 100)
+    FilmFile file(*settings.loop, program,
+                  joined(raw_frames_input(width, height, settings.frame_rate / every),
+                         {"-filter_complex", filter, "-loop", "0", "-final_delay", "100", "-fflags",
+                          "+bitexact", "-f", "gif"}));
+    paint_frames(film, width, height, every, [&](int k, const Image& frame) {
+      file.write(frame);
+      if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
+    });
+    if (file.complete() <= 2'000'000) return file.publish();
   }
   throw Error(fmt::format("{}: the loop cannot be made smaller than 2 MB: shorten it with --duration",
                           settings.loop->string()));
 }
 
-/// The frame nearest to the time asked for; without one, well into the film.
+/// Returns the frame nearest to the time; without one, a frame well into the film.
 int poster_frame(const Comparison& comparison, const std::optional<double>& time) {
   const int last = static_cast<int>(comparison.times.size()) - 1;
   const double frame = 0.6 * last;
@@ -107,7 +149,7 @@ int poster_frame(const Comparison& comparison, const std::optional<double>& time
   return static_cast<int>(nearest - comparison.times.begin());
 }
 
-/// Throws Error where something that is asked for cannot be made: long work comes before it would be.
+/// Throws Error where an output cannot be made, before the long work.
 void check_outputs(const VideoSettings& settings, bool has_container, bool has_ffmpeg) {
   check_film_size(settings.width, settings.height);
   const bool shows_error = settings.overlays.tint == Overlays::Tint::error;
@@ -120,21 +162,21 @@ void check_outputs(const VideoSettings& settings, bool has_container, bool has_f
   if (!settings.frames) {
     if (!has_container) {
       throw Error(
-          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder "
-                      "of numbered pictures",
+          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder of "
+                      "numbered pictures",
                       settings.output.string()));
     }
     require_folder_of(settings.output);
   }
   if ((settings.loop || !settings.frames) && !has_ffmpeg) {
-    throw Error(fmt::format(
-        "{}: a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg; a folder of "
-        "numbered pictures needs none (--frames)",
-        settings.loop.value_or(settings.output).string()));
+    throw Error(
+        fmt::format("{}: a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg; a "
+                    "folder of numbered pictures needs none (--frames)",
+                    settings.loop.value_or(settings.output).string()));
   }
 }
 
-/// Of this process, or of those that it waited for.
+/// Returns the CPU time of this process, or of its ended children, s.
 double cpu_seconds(int who) {
   rusage usage{};
   getrusage(who, &usage);
@@ -144,7 +186,7 @@ double cpu_seconds(int who) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-/// With what the overlays and strips show.
+/// Returns the settings with the readings that the overlays and strips show.
 ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
   ReadingChoice& readings = comparison.readings;
@@ -183,54 +225,49 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container.has_value(), program.has_value());
-
   VideoReport report;
-  report.written = settings.frames.value_or(settings.output);
-  std::unique_ptr<FrameFolder> folder;
-  if (settings.frames) {
-    folder = std::make_unique<FrameFolder>(report.written);
-    std::vector<std::string> arguments{"-framerate", fmt::format("{}", settings.frame_rate), "-i",
-                                       (report.written / "frame_%04d.png").string()};
-    for (const std::string& word : film_output(container.value_or(Container::mp4))) arguments.push_back(word);
-    arguments.push_back(settings.output.string());
-    report.film_command = command_line(arguments);
-  }
-
   report.comparison = std::move(simulated);
+  report.written = settings.frames.value_or(settings.output);
   const double start = cpu_seconds(RUSAGE_SELF);
   const double ffmpeg_start = cpu_seconds(RUSAGE_CHILDREN);
   const Comparison& comparison = report.comparison;
-  const Film shown = film_of(scene, settings, comparison);
-  const Composition composition = composition_of(shown, settings.width, settings.height);
+  const Film film = film_of(scene, settings, comparison);
 
-  std::unique_ptr<FilmFile> film;
-  if (!settings.frames) {
-    std::vector<std::string> arguments =
-        raw_frames_input(settings.width, settings.height, settings.frame_rate);
-    for (const std::string& word : film_output(*container)) arguments.push_back(word);
-    film = std::make_unique<FilmFile>(settings.output, *program, arguments);
+  std::unique_ptr<FrameFolder> folder;
+  std::unique_ptr<FilmFile> file;
+  const std::vector<std::string> output = film_output(container.value_or(Container::mp4));
+  if (settings.frames) {
+    folder = std::make_unique<FrameFolder>(report.written);
+    const std::string pictures = (report.written / "frame_%04d.png").string();
+    report.film_command = command_line(
+        joined(joined({"-framerate", fmt::format("{}", settings.frame_rate), "-i", pictures}, output),
+               {settings.output.string()}));
+  } else {
+    file = std::make_unique<FilmFile>(
+        settings.output, *program,
+        joined(raw_frames_input(settings.width, settings.height, settings.frame_rate), output));
   }
   const int count = static_cast<int>(comparison.times.size());
   const int held = static_cast<int>(std::lround(settings.hold * settings.frame_rate));
-  std::string poster;
-  const std::optional<std::size_t> freeze = shown.freeze();
   const auto frozen = static_cast<int>(std::lround(1.5 * settings.frame_rate));
-  paint_in_order(count, settings.threads, painters(shown, composition, 1), [&](int k, const Image& frame) {
+  const std::optional<std::size_t> freeze = film.freeze();
+  std::string poster;
+  paint_frames(film, settings.width, settings.height, 1, [&](int k, const Image& frame) {
     const bool freezes = freeze && k == static_cast<int>(*freeze);
     const int more = (k + 1 == count ? held : 0) + (freezes ? frozen : 0);
     for (int copies = 1 + more; copies > 0; --copies) {
-      if (film) film->write(frame);
-      if (folder) write_png(frame, folder->next());
+      if (file) file->write(frame);
+      if (folder) folder->write(frame);
     }
     if (settings.poster && k == poster_frame(comparison, settings.poster_time)) poster = to_png(frame);
     if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
   });
-  if (settings.loop) make_loop(shown, *program);
-  if (film) {
-    film->complete();
-    film->publish();
+  if (settings.loop) make_loop(film, *program);
+  if (file) {
+    file->complete();
+    file->publish();
   }
-  if (folder) folder->finish();
+  if (folder) folder->publish();
   if (settings.poster) write_file(*settings.poster, poster);
   report.cpu.drawing = cpu_seconds(RUSAGE_SELF) - start;
   report.cpu.encoding = cpu_seconds(RUSAGE_CHILDREN) - ffmpeg_start;

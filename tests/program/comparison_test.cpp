@@ -1,26 +1,26 @@
+// Runs side by side: their reference, errors and readings; panels, their titles and strips.
+
 #include "render/video/comparison.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "render/text.h"
-#include "render/video/composition.h"
-#include "render/video/film_camera.h"
-#include "render/video/overlay.h"
-#include "render/video/seen_frames.h"
+#include "render/video/labels.h"
+#include "render/video/recorded_run.h"
+#include "render/video/strips.h"
+#include "render/video/titles.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
-#include "sim/scene/scene.h"
 #include "tests/error_message.h"
 #include "tests/folders.h"
 #include "tests/temporary_folder.h"
@@ -28,21 +28,26 @@
 namespace substep::render {
 namespace {
 
+using VideoRun = render::Run;
+
 Scene scene(const std::string& name) {
-  return load_scene(std::string(test::source_folder) + "/scenes/" + name);
+  return load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
 }
 
-ComparisonSettings settings(const Scene& of, double duration) {
+/// Returns the settings of a comparison of these panels, or of the default ones.
+ComparisonSettings settings(const Scene& scene, double duration,
+                            const std::vector<std::string>& panels = {}) {
   ComparisonSettings result;
-  Settings base;
-  base.step = of.step;
-  result.panels = default_panels(base);
-  result.step = of.step;
+  Settings base = default_settings(Algorithm::a5);
+  if (panels.empty()) base = {};
+  base.step = result.step = scene.step;
+  if (panels.empty()) result.panels = default_panels(base);
+  for (const std::string& panel : panels) result.panels.push_back(panel_in(panel, base));
   result.duration = duration;
   return result;
 }
 
-/// Of six points, a sixth of the mass each, that have the body's moments of inertia.
+/// Returns the mean over six points with the body's moments of inertia, each a sixth of the mass.
 double squared_distance_of_points(const Body& body, const Coordinates& is, const Coordinates& should_be) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -57,12 +62,12 @@ double squared_distance_of_points(const Body& body, const Coordinates& is, const
   return sum;
 }
 
-TEST(Comparison, ErrorIsTheDistanceOfTheBodiesPoints) {
-  for (const char* const name : {"tumbling_body.gltf", "rod_chain.gltf"}) {
+TEST(Comparison, MeasuresTheDistanceOfTheBodiesPoints) {
+  for (const char* const name : {"tumbling_body", "rod_chain"}) {
     const Scene loaded = scene(name);
     const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
     ASSERT_EQ(comparison.times.size(), 31u);
-    for (const render::Run& run : comparison.runs) {
+    for (const VideoRun& run : comparison.runs) {
       if (run.is_reference()) continue;
       ASSERT_EQ(run.errors.size(), 31u);
       double mean = 0;
@@ -85,11 +90,10 @@ TEST(Comparison, ErrorIsTheDistanceOfTheBodiesPoints) {
   }
 }
 
-TEST(Comparison, PanelsHaveEqualRowSolvesAndOneClock) {
-  const Scene loaded = scene("rod_chain.gltf");
+TEST(Comparison, GivesPanelsEqualRowSolvesAndOneClock) {
+  const Scene loaded = scene("rod_chain");
   ComparisonSettings chosen = settings(loaded, 0.5);
-  Settings base;
-  base.step = loaded.step;
+  Settings base = chosen.panels[2].settings;
   base.substeps = 3;
   base.iterations = 2;
   chosen.panels = default_panels(base);
@@ -98,67 +102,66 @@ TEST(Comparison, PanelsHaveEqualRowSolvesAndOneClock) {
   EXPECT_EQ(comparison.runs[1].panel.settings.iterations, 6);
   for (std::size_t i = 2; i < 5; ++i) EXPECT_EQ(comparison.runs[i].row_solves, comparison.runs[1].row_solves);
   EXPECT_TRUE(comparison.runs[5].is_reference());
-  for (std::size_t k = 0; k < comparison.times.size(); ++k) {
+  for (std::size_t k = 0; k < comparison.times.size(); ++k)
     EXPECT_NEAR(comparison.times[k], static_cast<double>(k) / 30, 1e-12);
-  }
 }
 
-TEST(Comparison, RefinesReferenceWhereSomethingMoves) {
-  const Scene resting = scene("box_stack.gltf");
+TEST(Comparison, RefinesTheReferenceWhereBodiesMove) {
+  const Scene resting = scene("box_stack");
   const Comparison stack = simulate_comparison(resting, settings(resting, 0.2));
   EXPECT_EQ(stack.reference->method, "A1 itself, h=1/240");
   EXPECT_EQ(stack.reference->known, stack.times.size());
   EXPECT_LE(std::ranges::max(stack.reference->uncertainty), 1e-9 * size_of(resting));
-  const Scene moving = scene("sliding_ball.gltf");
-  const Comparison ball = simulate_comparison(moving, settings(moving, 0.2));
-  EXPECT_EQ(ball.reference->method, "A1 itself, h=1/960");
+  const Scene moving = scene("sliding_ball");
+  EXPECT_EQ(simulate_comparison(moving, settings(moving, 0.2)).reference->method, "A1 itself, h=1/960");
 }
 
-TEST(Comparison, ErrorsEndWhereTheReferenceDoes) {
-  // The chain is shorter than the gap it spans: no motion obeys its joints, and A1 explodes at any step.
-  const Scene loaded = scene("short_chain.gltf");
-  ComparisonSettings chosen = settings(loaded, 0.5);
-  chosen.reference_substeps = 8;
-  const Comparison comparison = simulate_comparison(loaded, chosen);
-  ASSERT_TRUE(comparison.reference);
-  EXPECT_EQ(comparison.reference->known, 0u);
-  EXPECT_NE(comparison.reference->fate, "");
-  EXPECT_TRUE(comparison.reference->is_a1);
-  for (const render::Run& run : comparison.runs) {
-    EXPECT_TRUE(run.errors.empty());
-  }
-}
-
-TEST(Comparison, ASmoothScenesReferenceIsNotA1) {
-  const Scene loaded = scene("pendulum.gltf");
+TEST(Comparison, UsesTheIntegratorForSmoothScenes) {
+  const Scene loaded = scene("pendulum");
   const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
   EXPECT_EQ(comparison.reference->method, "own, order 8, h=1/960");
   EXPECT_EQ(comparison.reference->known, comparison.times.size());
   EXPECT_EQ(comparison.reference->fate, "");
   EXPECT_FALSE(comparison.reference->is_a1);
-  // Its two runs agree far better than A1 at a 16th of the step would: to 1e-3 m / 16.
-  EXPECT_LT(*std::ranges::max_element(comparison.reference->uncertainty), 1e-9);  // measured 2e-12
+  EXPECT_LT(std::ranges::max(comparison.reference->uncertainty), 1e-9);  // measured 2e-12
+  EXPECT_EQ(comparison.strip, Strip::error);
 }
 
-TEST(Comparison, TakesA1WhereTheIntegratorEnds) {
-  const Scene loaded = scene("governor.gltf");
+TEST(Comparison, UsesA1WhereTheIntegratorEnds) {
+  const Scene loaded = scene("governor");
   const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
   EXPECT_TRUE(comparison.reference->is_a1);
   EXPECT_EQ(comparison.reference->fate, "");
   EXPECT_EQ(comparison.reference->known, comparison.times.size());
 }
 
-TEST(Comparison, APanelsRunIsTheFinishedLogsOrTheEngines) {
-  const Scene loaded = scene("pendulum.gltf");
-  ComparisonSettings chosen = settings(loaded, 0.5);
-  Settings base;
-  base.step = loaded.step;
+TEST(Comparison, ShowsGapsWithoutAReference) {
+  // The chain is shorter than the gap it spans: no motion obeys its joints, and A1 diverges at any step.
+  const Scene loaded = scene("short_chain");
+  ComparisonSettings chosen = settings(loaded, 0.5, {"a5", "a3,n=2"});
+  chosen.reference_substeps = 8;
+  chosen.frame_interval = 0.2 / 30;
+  const Comparison comparison = simulate_comparison(loaded, chosen);
+  ASSERT_TRUE(comparison.reference);
+  EXPECT_EQ(comparison.reference->known, 0u);
+  EXPECT_NE(comparison.reference->fate, "");
+  EXPECT_TRUE(comparison.reference->is_a1);
+  EXPECT_EQ(comparison.strip, Strip::gap);
+  EXPECT_EQ(words_of(comparison, Strip::gap), "largest gap of a joint");
+  for (const VideoRun& run : comparison.runs) {
+    EXPECT_TRUE(run.errors.empty());
+    ASSERT_EQ(run.readings.gaps.size(), run.poses.size());
+    EXPECT_GT(run.readings.gaps.back(), 1e-4);
+  }
+}
+
+TEST(Comparison, ShowsLogsAndEngines) {
+  const Scene loaded = scene("pendulum");
   const test::TemporaryFolder folder;
   const auto log = folder.path() / "comparison_test.poses.txt";
-  Simulation simulation(loaded, panel_in("a4,n=2", base).settings);
+  const ComparisonSettings chosen = settings(loaded, 0.5, {"a4,n=2", "log:" + log.string(), "order-8"});
+  Simulation simulation(loaded, chosen.panels[0].settings);
   write_file(log, to_text(record(simulation, 30, 1)));
-  chosen.panels = {panel_in("a4,n=2", base), panel_in("log:" + log.string(), base),
-                   panel_in("order-8", base)};
   const Comparison comparison = simulate_comparison(loaded, chosen);
   ASSERT_EQ(comparison.runs.size(), 3u);
   EXPECT_EQ(comparison.runs[0].errors, comparison.runs[1].errors);
@@ -166,8 +169,84 @@ TEST(Comparison, APanelsRunIsTheFinishedLogsOrTheEngines) {
   EXPECT_LT(comparison.runs[2].rms_error, 1e-9);
 }
 
-TEST(Panel, TextSaysWhatIsShown) {
-  Settings base = default_settings(Algorithm::a3);
+TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
+  const Scene loaded = scene("box_stack");
+  ComparisonSettings choice = settings(loaded, 0.2, {"a1", "a5"});
+  choice.has_reference = false;
+  choice.readings = {true, true, true, true, true};
+  const Comparison comparison = simulate_comparison(loaded, choice);
+  for (const VideoRun& run : comparison.runs) {
+    const Readings& readings = run.readings;
+    ASSERT_EQ(readings.energies.size(), run.poses.size());
+    EXPECT_EQ(readings.energies[0], 0);
+    ASSERT_EQ(readings.gaps.size(), run.poses.size());
+    EXPECT_EQ(readings.gaps.back(), 0);  // the scene has no joint
+    ASSERT_EQ(readings.speeds.back().size(), loaded.bodies.size());
+    EXPECT_LT(readings.speeds.back()[1], 0.05F);
+    ASSERT_EQ(readings.depths.back().size(), loaded.bodies.size());
+    EXPECT_LT(readings.depths.back()[1], 0.01F);
+    EXPECT_TRUE(readings.contacts.front().empty());
+    EXPECT_GE(readings.contacts.back().size(), 4u);
+  }
+}
+
+TEST(Comparison, FindsTheFirstDivergenceOfABody) {
+  const Scene loaded = scene("pendulum");
+  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
+  VideoRun run = comparison.runs[4];
+  run.poses = comparison.reference->poses;
+  EXPECT_FALSE(divergence_of(loaded, comparison, run));
+  run.poses[3][1].linear.x() += 0.5;
+  run.poses[4][1].linear.x() += 0.7;
+  const std::optional<Divergence> divergence = divergence_of(loaded, comparison, run);
+  ASSERT_TRUE(divergence);
+  EXPECT_EQ(divergence->frame, 3u);
+  EXPECT_EQ(divergence->body, 1);
+  EXPECT_NEAR(divergence->distance, 0.5, 1e-9);
+  comparison.reference->known = 3;
+  EXPECT_FALSE(divergence_of(loaded, comparison, run));
+}
+
+TEST(FrameClock, PutsFramesBetweenSteps) {
+  const std::vector<FrameClock> clocks = frame_clocks({0.1, 0.15, 0.02}, {1.0 / 60, 1.0 / 240});
+  // Frames at 0.1, 0.12, 0.14: steps 6, 7.2 and 8.4.
+  EXPECT_EQ(clocks[0].steps, (std::vector<std::int64_t>{6, 7, 8, 9}));
+  EXPECT_EQ(clocks[1].steps, (std::vector<std::int64_t>{24, 28, 32, 36}));
+  ASSERT_EQ(clocks[0].positions.size(), 3u);
+  EXPECT_EQ(clocks[0].positions[1].before, 1u);
+  EXPECT_NEAR(clocks[0].positions[1].weight, 0.2, 1e-9);
+  EXPECT_EQ(clocks[0].frames_of(4), 3u);
+  EXPECT_EQ(clocks[0].frames_of(3), 2u);
+  EXPECT_THROW(frame_clocks({0, 1, 0.02}, {1.0 / 60, 1.0 / 90}), Error);
+  EXPECT_EQ(frame_clocks({0, 1, 1.0 / 30}, {1.0 / 60, 1.0 / 90})[1].steps[1], 3);
+}
+
+TEST(SlowMotion, InterpolatesPosesAndAddsNoError) {
+  const Scene loaded = scene("pendulum");
+  ComparisonSettings chosen = settings(loaded, 0.5, {"a3", "a3,step=1/480"});
+  chosen.frame_interval = 1.0 / 60;
+  const Comparison exact = simulate_comparison(loaded, chosen);
+  chosen.frame_interval = 0.2 / 30;
+  const Comparison slow = simulate_comparison(loaded, chosen);
+  ASSERT_EQ(slow.times.size(), 76u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const VideoRun& run = slow.runs[i];
+    ASSERT_EQ(run.poses.size(), 76u);
+    std::set<double> heights;
+    for (const auto& poses : run.poses) {
+      heights.insert(poses[1].linear.y());
+      EXPECT_NEAR(poses[1].angular.norm(), 1, 1e-12);
+    }
+    EXPECT_EQ(heights.size(), 76u);
+    const double error = exact.runs[i].errors.back();
+    EXPECT_GT(error, 1e-6);
+    EXPECT_NEAR(run.errors.back(), error, 1e-9);
+    EXPECT_LE(run.rms_error, 1.05 * exact.runs[i].rms_error);
+  }
+}
+
+TEST(Panel, ReadsTypedSettings) {
+  const Settings base = default_settings(Algorithm::a3);
   const PanelChoice panel = panel_in("a5,n=4,joints=rows,tau=1,step=1/120,title=four, in rows", base);
   EXPECT_EQ(panel.settings.algorithm, Algorithm::a5);
   EXPECT_EQ(panel.settings.substeps, 4);
@@ -190,7 +269,7 @@ TEST(Panel, TextSaysWhatIsShown) {
   }
 }
 
-TEST(Panel, AFileHasATitleAndPanels) {
+TEST(Panel, ReadsFilesWithATitle) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "comparison_test.toml";
   const auto read = [&](const std::string& text) {
@@ -205,373 +284,118 @@ TEST(Panel, AFileHasATitleAndPanels) {
   EXPECT_EQ(panels.panels[0].settings.substeps, 8);
   EXPECT_EQ(panels.panels[0].title, "eight");
   EXPECT_EQ(panels.panels[1].log, file.parent_path() / "run.poses.txt");
-  EXPECT_THROW(read("title = \"none\"\n"), Error);
-  EXPECT_THROW(read("[[panel]]\nshow = \"a5\"\nn = true\n"), Error);
-  EXPECT_THROW(read("[[panel]]\nn = 2\n"), Error);
+  for (const char* const text :
+       {"title = \"none\"\n", "[[panel]]\nshow = \"a5\"\nn = true\n", "[[panel]]\nn = 2\n"})
+    EXPECT_THROW(read(text), Error) << text;
 }
 
-TEST(Composition, LengthsHaveThreeDigitsAndTheirUnit) {
-  EXPECT_EQ(length_label(0), "0");
-  EXPECT_EQ(length_label(1e-9), "< 1 µm");
-  EXPECT_EQ(length_label(1.234e-6), "1.23 µm");
-  EXPECT_EQ(length_label(0.99949e-3), "999 µm");
-  EXPECT_EQ(length_label(0.99951e-3), "1.00 mm");
-  EXPECT_EQ(length_label(0.0456), "45.6 mm");
-  EXPECT_EQ(length_label(0.456), "456 mm");
-  EXPECT_EQ(length_label(1.5), "1.50 m");
-  EXPECT_EQ(length_label(1234), "1.23 km");
-  EXPECT_EQ(length_label(1e300), "> 1000 km");
+TEST(Titles, HaveTheSettingsThatDiffer) {
+  using Words = std::vector<std::string>;
+  struct Case {
+    Words panels;
+    Words words;
+    std::string shared;
+  };
+  const std::string all = "10 sub-steps · τ=0.6/0.9 · κ=1/0.7 · stable joints · 60 Hz";
+  for (const Case& expected :
+       {Case{{"a5,n=2", "a5,n=10"}, {"2 sub-steps", "10 sub-steps"}, all.substr(all.find("τ"))},
+        Case{
+            {"a1", "a3", "a5", "reference"}, {"all rows at once", "exact sub-steps", "as in Havok", ""}, all},
+        Case{{"a2,m=25", "a5,n=25,m=1"}, {"25 iterations", "25 sub-steps"}, all.substr(all.find("τ"))},
+        Case{{"a5,step=1/120", "a5,n=1,m=4"},
+             {"10 sub-steps, 1 iteration, 120 Hz", "1 sub-step, 4 iterations, 60 Hz"},
+             "τ=0.6/0.9 · κ=1/0.7 · stable joints"},
+        Case{{"a1", "a5", "a5,warm_start=0.5"}, {"all rows at once", "as in Havok", "warm=0.5"}, all},
+        Case{{"a5,n=2,title=two", "a5,n=10,title=ten"}, {"two", "ten"}, all.substr(all.find("τ"))}}) {
+    std::vector<VideoRun> runs;
+    for (const std::string& text : expected.panels)
+      runs.emplace_back().panel = panel_in(text, default_settings(Algorithm::a5));
+    const Titles titles = titles_of(runs);
+    EXPECT_EQ(titles.words, expected.words);
+    EXPECT_EQ(titles.shared, expected.shared);
+  }
+}
+
+TEST(Titles, ShadePanelsOfOneAlgorithm) {
+  const Scene loaded = scene("pendulum");
+  ComparisonSettings chosen = settings(loaded, 0, {"a5,n=2", "a4", "a5,n=10", "a5,n=20"});
+  chosen.has_reference = false;
+  std::vector<Color> colors;
+  for (const VideoRun& run : simulate_comparison(loaded, chosen).runs) colors.push_back(accent(run.panel));
+  EXPECT_EQ(html_color(colors[0]), "#ff8a3d");
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      int difference = 0;
+      for (std::size_t c = 0; c < 3; ++c) difference += std::abs(colors[i][c] - colors[j][c]);
+      EXPECT_GT(difference, 120) << i << " and " << j;  // measured from 162
+    }
+  }
+}
+
+TEST(Labels, HaveThreeDigitsAndAUnit) {
+  for (const auto& [metres, text] :
+       {std::pair(0.0, "0"), std::pair(1e-9, "< 1 µm"), std::pair(1.234e-6, "1.23 µm"),
+        std::pair(0.99949e-3, "999 µm"), std::pair(0.99951e-3, "1.00 mm"), std::pair(0.0456, "45.6 mm"),
+        std::pair(0.456, "456 mm"), std::pair(1.5, "1.50 m"), std::pair(1234.0, "1.23 km"),
+        std::pair(1e300, "> 1000 km")}) {
+    EXPECT_EQ(length_label(metres), text);
+  }
   EXPECT_EQ(error_label(0.002, 0.001), "2.00 mm");
   EXPECT_EQ(error_label(0.001, 0.002), "≤ 2.00 mm");
   EXPECT_EQ(error_label(0, 2e-7), "< 1 µm");
   EXPECT_EQ(error_label(0, 0), "0");
-}
-
-TEST(Composition, ScaleHoldsTheErrorsAndNoMoreThanFiveDecades) {
-  Comparison comparison;
-  comparison.runs.resize(2);
-  comparison.runs[0].errors = {0, 2e-3, 5e-2, 0.3};
-  ErrorScale scale = error_scale(comparison);
-  EXPECT_EQ(scale.lower, -3);
-  EXPECT_EQ(scale.upper, 0);
-  EXPECT_DOUBLE_EQ(scale.height(0.1), 2.0 / 3);
-  EXPECT_EQ(scale.height(0), 0);
-  EXPECT_EQ(scale.height(1e9), 1);
-  comparison.runs[0].errors = {1e-12, 1e-12, 1e12};
-  scale = error_scale(comparison);
-  EXPECT_EQ(scale.lower, -3);
-  EXPECT_EQ(scale.upper, 2);
-  comparison.runs[0].errors = {0, 0};
-  scale = error_scale(comparison);
-  EXPECT_LT(scale.lower, scale.upper);
-}
-
-TEST(Composition, ADivergedRunIsFrozenAndSaysSo) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
-  const auto drawn = [&comparison](int k) {
-    const Composition composition(comparison, "test", 640, 360);
-    const Image picture(composition.picture_width(), composition.picture_height());
-    return composition.frame(k, std::vector<Image>(6, picture));
-  };
-  const Image before = drawn(6);
-  comparison.runs[1].diverged = 0.1;
-  comparison.runs[1].poses.resize(3);
-  comparison.runs[1].errors.resize(3);
-  const Image after = drawn(6);
-  // The alarm's colour is there now, and was not.
-  const auto reddest = [](const Image& image) {
-    int most = 0;
-    for (int y = 75; y < 135; ++y) {  // inside the second panel's picture
-      for (int x = image.width / 3; x < 2 * image.width / 3; ++x) {
-        const std::uint8_t* const p = image.pixel(x, y);
-        if (p[1] < 140 && p[2] < 110) most = std::max(most, static_cast<int>(p[0]));
-      }
-    }
-    return most;
-  };
-  EXPECT_LT(reddest(before), 100);  // measured 15
-  EXPECT_GT(reddest(after), 240);   // measured 255
-}
-
-TEST(Composition, RowsFollowTheNumberOfPanelsAndTheFramesShape) {
-  using Rows = std::vector<int>;
-  const std::array<Rows, 9> wide{{{1}, {2}, {3}, {2, 2}, {3, 2}, {3, 3}, {4, 3}, {4, 4}, {5, 4}}};
-  for (int count = 1; count <= 9; ++count) {
-    EXPECT_EQ(rows_for(count, 1268, 654, 110), wide.at(static_cast<std::size_t>(count - 1))) << count;
-  }
-  EXPECT_EQ(rows_for(2, 720, 1200, 100), (Rows{1, 1}));
-  EXPECT_EQ(rows_for(5, 608, 1032, 80), (Rows{2, 2, 1}));
-  EXPECT_EQ(rows_for(6, 1080, 1032, 100), (Rows{2, 2, 2}));
-}
-
-TEST(Composition, FilmsHaveAnyShape) {
-  const Scene loaded = scene("pendulum.gltf");
-  const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0));
-  for (const auto& [width, height] :
-       {std::pair(720, 720), std::pair(404, 720), std::pair(1280, 320), std::pair(360, 640)}) {
-    const Composition composition(comparison, "a title that is rather long for some of them", width, height);
-    const Image picture(composition.picture_width(), composition.picture_height());
-    const Image frame = composition.frame(0, std::vector<Image>(6, picture));
-    EXPECT_EQ(frame.width, width);
-    EXPECT_GT(6 * picture.width * picture.height, width * height / 4) << width << "x" << height;
-  }
-}
-
-TEST(Composition, SizesThatCannotBeFilmedAreRefused) {
-  const Scene loaded = scene("pendulum.gltf");
-  const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0));
-  EXPECT_THROW(Composition(comparison, "test", 1281, 720), Error);
-  EXPECT_THROW(Composition(comparison, "test", 300, 160), Error);
-  EXPECT_NO_THROW(Composition(comparison, "test", 320, 180));
-}
-
-int pixels_of(const Image& image, const std::array<std::uint8_t, 3>& color) {
-  int count = 0;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const std::uint8_t* const p = image.pixel(x, y);
-      bool same = true;
-      for (std::size_t c = 0; c < 3; ++c) same = same && std::abs(p[c] - color[c]) < 30;
-      count += same ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-TEST(Overlay, PointsAreWhereTheViewShowsThem) {
-  View view;  // looks along −Z, as wide as it is far to both sides
-  double x = 0;
-  double y = 0;
-  ASSERT_TRUE(project(view, {0, 0, -2}, 200, 100, x, y));
-  EXPECT_NEAR(x, 100, 1e-12);
-  EXPECT_NEAR(y, 50, 1e-12);
-  ASSERT_TRUE(project(view, {1, 1, -2}, 200, 100, x, y));
-  EXPECT_NEAR(x, 150, 1e-12);
-  EXPECT_NEAR(y, 25, 1e-12);
-  EXPECT_FALSE(project(view, {0, 0, 2}, 200, 100, x, y));
-}
-
-TEST(Overlay, AnOpenJointIsRedAndAClosedOneIsNot) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  const auto red = [&] {
-    Image picture(320, 180);
-    draw_overlays(picture, overlays_named({"joints"}), {loaded, view, comparison.runs[2]});
-    return pixels_of(picture, {255, 60, 80});
-  };
-  EXPECT_EQ(red(), 0);
-  for (std::size_t body = 1; body < loaded.bodies.size(); ++body) {
-    comparison.runs[2].poses[0][body].linear.x() += 0.3;
-  }
-  EXPECT_GT(red(), 10);  // measured 15
-}
-
-TEST(Overlay, TheGhostIsTheReferencesOutline) {
-  const Scene loaded = scene("pendulum.gltf");
-  const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  Image bodies(320, 180);  // sky, and a square of body 1
-  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
-  Image picture(320, 180);
-  OverlayFrame frame{loaded, view, comparison.runs[2]};
-  frame.reference = &*comparison.reference;
-  frame.reference_bodies = &bodies;
-  draw_overlays(picture, overlays_named({"ghost"}), frame);
-  const int outline = pixels_of(picture, {217, 217, 217});
-  EXPECT_GE(outline, 156);  // of the square's 4 · 40
-  EXPECT_LE(outline, 164);
-  EXPECT_EQ(picture.pixel(120, 80)[0], 0);
-}
-
-TEST(Overlay, BodiesTakeTheColorOfTheirError) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  Image bodies(320, 180);
-  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
-  const auto color = [&](double error) {
-    Image picture(320, 180);
-    std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{100});
-    comparison.runs[2].poses[1][1] = comparison.reference->poses[1][1];
-    comparison.runs[2].poses[1][1].linear.x() += error;
-    OverlayFrame frame{loaded, view, comparison.runs[2]};
-    frame.k = 1;
-    frame.reference = &*comparison.reference;
-    frame.bodies = &bodies;
-    draw_overlays(picture, overlays_named({"error"}), frame);
-    EXPECT_EQ(picture.pixel(10, 10)[0], 100);
-    const std::uint8_t* const p = picture.pixel(120, 80);
-    return std::array<int, 3>{p[0], p[1], p[2]};
-  };
-  // Viridis' ends, for errors of 10^-3 and 1 m.
-  EXPECT_EQ(color(1e-4), (std::array<int, 3>{68, 1, 84}));
-  EXPECT_EQ(color(10), (std::array<int, 3>{253, 231, 37}));
-}
-
-TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
-  const Scene loaded = scene("pendulum.gltf");
-  render::Run run;
-  run.poses = {initial_state(loaded).q};
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  Image bodies(320, 180);
-  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
-  const auto color = [&](const char* overlay, OverlayScales scales) {
-    Image picture(320, 180);
-    std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{100});
-    OverlayFrame frame{loaded, view, run, scales};
-    frame.bodies = &bodies;
-    draw_overlays(picture, overlays_named({overlay}), frame);
-    const std::uint8_t* const p = picture.pixel(120, 80);
-    return std::array<int, 3>{p[0], p[1], p[2]};
-  };
-  run.readings.speeds = {{0, 2}};
-  EXPECT_EQ(color("velocity", {false, 0, 2}), (std::array<int, 3>{253, 231, 37}));
-  EXPECT_EQ(color("velocity", {false, 0, 4}), (std::array<int, 3>{33, 145, 140}));
-  run.readings.depths = {{0, 1e-3F}};
-  EXPECT_EQ(color("penetration", {true, 1e-5, 1e-1}), (std::array<int, 3>{33, 145, 140}));
-}
-
-TEST(Overlay, AnArrowIsAsLongAsItsImpulse) {
-  const Scene loaded = scene("pendulum.gltf");
-  render::Run run;
-  run.poses = {initial_state(loaded).q};
-  run.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
-  Image picture(200, 100);
-  OverlayFrame frame{loaded, View{}, run, {true, 1e-3, 1, 0.25}};
-  draw_overlays(picture, overlays_named({"contacts"}), frame);
-  int top = 100;
-  for (int y = 0; y < 100; ++y) {
-    if (picture.pixel(100, y)[0] > 200) top = std::min(top, y);
-  }
-  // From the middle, 0.75 m at 2 m where the picture is 4 m high: 18.75 pixels, and half the line's width.
-  EXPECT_NEAR(top, 50 - 18.75, 2.5);
-  EXPECT_EQ(picture.pixel(60, 50)[0], 0);
-}
-
-TEST(Overlay, TheScaleIsAnArrowOfARoundImpulse) {
-  const Scene loaded = scene("pendulum.gltf");
-  render::Run run;
-  run.poses = {initial_state(loaded).q};
-  run.readings.contacts = {{}};
-  Image picture(640, 360);
-  // It looks along −Z at the bodies' middle, 4 m ahead: 45 pixels a metre, 30 an N·s at 2/3 m for each.
-  View view;
-  const Vector3 middle = middle_of(loaded);
-  view.eye = {middle.x(), middle.y(), middle.z() + 4};
-  draw_overlays(picture, overlays_named({"contacts"}), {loaded, view, run, {true, 1e-3, 1, 2.0 / 3}});
-  int right = 0;
-  for (int x = 0; x < 100; ++x) {
-    const std::uint8_t* const p = picture.pixel(x, 360 - 16);
-    if (p[0] > 150 && p[2] < 120) right = x;
-  }
-  // 128 pixels, a fifth of the width, hold 4.3 N·s: the arrow is of 2 N·s, and begins at 8.
-  EXPECT_NEAR(right, 8 + 60, 3);
-}
-
-TEST(SeenFrames, HoldAllRunsButAnExplosion) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison;
-  comparison.times.resize(3);
-  comparison.runs.resize(3);
-  const double size = size_of(loaded);
-  for (std::size_t run = 0; run < 3; ++run) {
-    for (const double way : {0.0, 0.1, run == 0 ? 0.2 : run == 1 ? 0.9 : 100.0}) {
-      comparison.runs[run].poses.push_back(initial_state(loaded).q);
-      comparison.runs[run].poses.back()[1].linear.x() += way * size;
-    }
-  }
-  const auto frames = seen_frames(loaded, comparison);
-  EXPECT_EQ(frames.size(), 1u + 3 + 3 + 2);
-}
-
-TEST(Comparison, ReadsWhatStripsAndOverlaysShow) {
-  const Scene loaded = scene("box_stack.gltf");
-  ComparisonSettings choice = settings(loaded, 0.2);
-  choice.panels.erase(choice.panels.begin() + 1, choice.panels.end() - 2);  // A1, A5, the reference
-  choice.panels.pop_back();
-  choice.has_reference = false;
-  choice.readings = {true, true, true, true, true};
-  const Comparison comparison = simulate_comparison(loaded, choice);
-  for (const auto& run : comparison.runs) {
-    const Readings& readings = run.readings;
-    ASSERT_EQ(readings.energies.size(), run.poses.size());
-    EXPECT_EQ(readings.energies[0], 0);
-    ASSERT_EQ(readings.gaps.size(), run.poses.size());
-    EXPECT_EQ(readings.gaps.back(), 0);  // there is no joint
-    ASSERT_EQ(readings.speeds.back().size(), loaded.bodies.size());
-    EXPECT_LT(readings.speeds.back()[1], 0.05F);
-    ASSERT_EQ(readings.depths.back().size(), loaded.bodies.size());
-    EXPECT_LT(readings.depths.back()[1], 0.01F);
-    EXPECT_TRUE(readings.contacts.front().empty());
-    EXPECT_GE(readings.contacts.back().size(), 4u);
-  }
-}
-
-TEST(Comparison, ARunDepartsWhereABodyIsFirstAway) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
-  render::Run run = comparison.runs[4];
-  run.poses = comparison.reference->poses;
-  EXPECT_FALSE(departure_of(loaded, comparison, run));
-  run.poses[3][1].linear.x() += 0.5;
-  run.poses[4][1].linear.x() += 0.7;
-  const std::optional<Departure> departure = departure_of(loaded, comparison, run);
-  ASSERT_TRUE(departure);
-  EXPECT_EQ(departure->frame, 3u);
-  EXPECT_EQ(departure->body, 1);
-  EXPECT_NEAR(departure->distance, 0.5, 1e-9);
-  comparison.reference->known = 3;
-  EXPECT_FALSE(departure_of(loaded, comparison, run));
-}
-
-TEST(Composition, TheAxisOfEnergyHoldsBothSidesButNoExplosion) {
-  Comparison comparison;
-  comparison.runs.resize(1);
-  for (int i = 0; i < 100; ++i) comparison.runs[0].readings.energies.push_back(-0.03 * i);
-  StripAxis axis = axis_of(comparison, Strip::energy);
-  EXPECT_EQ(axis.low, -5);
-  EXPECT_EQ(axis.high, 0.5);  // room for the line of the start
-  EXPECT_EQ(axis.height(-5), 0);
-  EXPECT_NEAR(axis.height(0), 5 / 5.5, 1e-12);
-  comparison.runs[0].readings.energies.back() = 1e30;
-  axis = axis_of(comparison, Strip::energy);
-  EXPECT_LT(axis.high, 50);
-  EXPECT_EQ(axis.height(1e30), 1);
   EXPECT_EQ(energy_label(-0.0123), "−12.3 mJ");
   EXPECT_EQ(energy_label(1234), "+1.23 kJ");
   EXPECT_EQ(energy_label(0), "0 J");
 }
 
-TEST(Composition, StripsStandBelowEachOther) {
-  const Scene loaded = scene("pendulum.gltf");
-  ComparisonSettings choice = settings(loaded, 0.2);
-  choice.readings.energy = choice.readings.gap = true;
-  const Comparison comparison = simulate_comparison(loaded, choice);
-  const Composition one(comparison, "test", 1280, 720);
-  const Composition two(comparison, "test", 1280, 720, {}, strips_named({"error", "gap", "gap"}));
-  EXPECT_EQ(one.picture_height() - two.picture_height(), 62);
-  const Image picture(two.picture_width(), two.picture_height());
-  EXPECT_NO_THROW(two.frame(3, std::vector<Image>(6, picture)));
-  EXPECT_THROW(strips_named({"height"}), Error);
+TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {
+  Comparison comparison;
+  VideoRun& run = comparison.runs.emplace_back();
+  run.errors = {0, 2e-3, 5e-2, 0.3};
+  Decades decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_EQ(decades.lower, -3);
+  EXPECT_EQ(decades.upper, 0);
+  EXPECT_DOUBLE_EQ(decades.height(0.1), 2.0 / 3);
+  EXPECT_EQ(decades.height(0), 0);
+  EXPECT_EQ(decades.height(1e9), 1);
+  run.errors = {1e-12, 1e-12, 1e12};
+  decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_EQ(decades.lower, -3);
+  EXPECT_EQ(decades.upper, 2);
+  run.errors = {0, 0};
+  decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_LT(decades.lower, decades.upper);
 }
 
-TEST(Overlay, UnknownNamesAreRefused) {
-  EXPECT_THROW(overlays_named({"trails", "forces"}), Error);
-  EXPECT_THROW(overlays_named({"error", "velocity"}), Error);
-  EXPECT_FALSE(overlays_named({}).any());
+TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
+  Comparison comparison;
+  std::vector<double>& energies = comparison.runs.emplace_back().readings.energies;
+  for (int i = 0; i < 100; ++i) energies.push_back(-0.03 * i);
+  StripAxis axis = axis_of(comparison, Strip::energy);
+  EXPECT_EQ(axis.low, -5);
+  EXPECT_EQ(axis.high, 0.5);  // room for the line of the start
+  EXPECT_EQ(axis.height(-5), 0);
+  EXPECT_NEAR(axis.height(0), 5 / 5.5, 1e-12);
+  energies.back() = 1e30;
+  axis = axis_of(comparison, Strip::energy);
+  EXPECT_LT(axis.high, 50);
+  EXPECT_EQ(axis.height(1e30), 1);
 }
 
-TEST(FilmCamera, IsOneOfTheScenesByTheNameOfItsNodeOrItsOwn) {
-  Scene loaded = scene("pendulum.gltf");
-  Camera side = *loaded.camera;
-  side.pose.position = {7, 0, 0};
-  loaded.cameras.push_back({"on the left", "wide", side});
-  for (const char* const name : {"name:on the left", "name:wide"}) {
-    EXPECT_EQ(seen_by(camera_named(name, loaded), loaded).camera->pose.position.x(), 7) << name;
-  }
-  EXPECT_EQ(seen_by(camera_named("scene", loaded), loaded).camera->pose.position,
-            loaded.camera->pose.position);
-  EXPECT_FALSE(seen_by(camera_named("fit", loaded), loaded).camera);
-}
-
-TEST(FilmCamera, FollowsABodyAndGoesRoundTheScene) {
-  const Scene loaded = scene("rod_chain.gltf");
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  const FilmCamera follow = camera_named("follow:" + loaded.bodies[2].name, loaded);
-  EXPECT_EQ(follow.follows, 2);
-  const View along = moved(view, follow, {1, 2, 3}, 1, Vector3::Zero());
-  EXPECT_NEAR((along.eye - view.eye).y, 2, 1e-12);
-  // Half round: on the other side of the middle, and looking back.
-  const View round = moved(view, camera_named("orbit:90", loaded), Vector3::Zero(), 2, {0.5, 0, 0.25});
-  EXPECT_NEAR(round.eye.x, 1 - view.eye.x, 1e-12);
-  EXPECT_NEAR(round.eye.y, view.eye.y, 1e-12);
-  EXPECT_NEAR(round.eye.z, 0.5 - view.eye.z, 1e-12);
-  EXPECT_NEAR(round.forward.x, -view.forward.x, 1e-12);
-  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere", "name:nobody"}) {
-    EXPECT_THROW(camera_named(text, loaded), Error) << text;
-  }
+TEST(StripAxis, ShowsTheExpectedQuantity) {
+  const Scene loaded = scene("incline");
+  const auto way = std::ranges::find(loaded.expected, Quantity::way, &Expectation::quantity);
+  ComparisonSettings chosen = settings(loaded, way->from, {"a5"});
+  chosen.has_reference = false;
+  chosen.readings.expected = &*way;
+  const Comparison comparison = simulate_comparison(loaded, chosen);
+  EXPECT_NEAR(comparison.runs[0].readings.expected.back(), way->value, way->tolerance);
+  const StripAxis axis = axis_of(comparison, Strip::expected);
+  EXPECT_FALSE(axis.is_logarithmic);
+  EXPECT_EQ(axis.mark, way->value);
+  EXPECT_LE(axis.low, 0);
+  EXPECT_EQ(axis.label(1.314), "1.31 m");
 }
 
 }  // namespace

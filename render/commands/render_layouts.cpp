@@ -1,23 +1,38 @@
+#include "render/commands/render_layouts.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "render/commands/print_width.h"
-#include "render/commands/render_options.h"
+#include "render/image.h"
+#include "render/renderer.h"
+#include "render/text.h"
+#include "render/video/composition.h"
 #include "render/video/time_sheet.h"
-#include "sim/commands/progress.h"
 #include "sim/error.h"
-#include "sim/log/file_output.h"
+#include "sim/simulation.h"
 
 namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Returns a picture of the scene at its poster's time, or where it diverges before.
+Image picture_of(const Scene& scene, const SolverOptions& solver, const ImageSize& size) {
+  const Settings settings = solver.settings(scene);
+  const double time = scene.poster.value_or(scene.duration / 2);
+  const std::int64_t steps = std::llround(time / settings.step);
+  Simulation simulation(scene, settings);
+  while (simulation.steps() < steps && simulation.step().status != StepReport::Status::diverged) {
+  }
+  RenderSettings render;
+  render.width = size.width;
+  render.height = size.height;
+  render.steps_back = true;
+  const std::vector<std::vector<Coordinates>> shown{initial_state(scene).q, simulation.state().q};
+  return Renderer(scene, render, shown).draw(shown.back());
+}
 
 constexpr double inch = 25.4;  // mm
 
@@ -36,8 +51,7 @@ std::vector<double> times_in(const std::vector<std::string>& typed, double durat
   return times;
 }
 
-/// Returns the size of a picture in print, where all columns together have the width and `size` gives the
-/// shape.
+/// Sets the size of a picture: in print, all columns together have the width and `size` gives the shape.
 void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   const ImageSize size = image_size_in(options.size.value_or("640x360"));
   sheet.width = size.width;
@@ -55,6 +69,35 @@ void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
 }
 
 }  // namespace
+
+void draw_sheet(const RenderOptions& options) {
+  constexpr int gap = 8;
+  constexpr TextStyle label{.size = 16, .color = {70, 74, 82}, .bold = true};
+  constexpr int label_height = 22;
+  const ImageSize size = image_size_in(options.size.value_or("256x144"));
+  const fs::path output = options.output.value_or("sheet.png");
+  require_folder_of(output);
+  std::vector<GivenFile> inputs;
+  for (const fs::path& scene : options.inputs) inputs.push_back({"a scene", scene});
+  require_separate_files(inputs, std::vector<GivenFile>{{"--output", output}});
+
+  const int count = static_cast<int>(options.inputs.size());
+  const int columns = std::min(options.columns, count);
+  const int rows = (count + columns - 1) / columns;
+  Image sheet(gap + columns * (size.width + gap), gap + rows * (size.height + label_height));
+  std::fill(sheet.rgb.begin(), sheet.rgb.end(), std::uint8_t{255});
+  Progress progress;
+  for (int i = 0; i < count; ++i) {
+    const Scene scene = options.run.mesh.load(options.inputs[static_cast<std::size_t>(i)]);
+    const int x = gap + i % columns * (size.width + gap);
+    const int y = gap + i / columns * (size.height + label_height);
+    paste(sheet, picture_of(scene, options.run.solver, size), x, y);
+    draw_text(sheet, x + 1, y + size.height + 14, film_title(scene, ""), label);
+    progress.show("drawing", static_cast<double>(i + 1) / count);
+  }
+  write_png(sheet, output);
+  fmt::print("wrote {}\n", output.string());
+}
 
 void draw_stills(const RenderOptions& options) {
   ComparisonOptions typed = options.comparison;

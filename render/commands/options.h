@@ -1,0 +1,93 @@
+#pragma once
+/// Typed options that several commands of render share.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/video/comparison.h"
+#include "sim/commands/options.h"
+#include "sim/commands/progress.h"
+#include "sim/log/pose_log.h"
+
+namespace substep::render {
+
+/// Returns nothing where the text is no finite number.
+std::optional<double> finite_number_in(std::string_view text);
+
+/// Reads "one-column", "two-columns" or millimetres, in mm. Throws Error, which names --width.
+double print_width_in(const std::string& text);
+
+/// The typed panels and times of a film or a player.
+struct ComparisonOptions {
+  SceneOptions scene;
+  SolverOptions solver;
+  std::string title;  ///< of --title, or after settings() of the --panels file; empty: the scene's name
+  double speed = 1;   ///< s of the scene in a second of film
+  double frame_rate = 30;
+
+  /// Adds the scene as the command's argument, the title and the options below.
+  void add_to(CLI::App& command);
+  /// Adds the options of solving, of panels and of time.
+  void add_settings_to(CLI::App& command);
+  /// Adds the options of panels alone.
+  void add_panels_to(CLI::App& command);
+
+  /// Returns the typed panels, or the five and the reference, and notes the cost of A1. Throws Error.
+  ComparisonSettings settings(const Scene& scene);
+
+ private:
+  std::vector<std::string> panels_;
+  std::optional<std::filesystem::path> panels_file_;
+  bool no_reference_ = false;
+  int reference_substeps_ = ComparisonSettings{}.reference_substeps;
+  std::string start_ = "0";
+  std::optional<std::string> end_;
+  CacheOption cache_;
+  int threads_ = ComparisonSettings{}.threads;
+};
+
+/// Prints a row for each run, and the reference.
+void print_table(const Comparison& comparison);
+
+/// Prints a line on stderr for each violation of each run.
+void warn_of(const Scene& scene, const Comparison& comparison);
+
+struct LoadedRun {
+  Scene scene;
+  PoseLog log;
+  std::string stem;  ///< of the names of files that are made of the run: "box_stack.a3"
+};
+
+/// The end of a simulation: a frame, a time, or without both the scene's duration.
+struct RunEnd {
+  std::optional<int> frame;
+  std::optional<double> time;
+};
+
+/// The typed input of commands that draw or export: a pose log or table, or a scene that is simulated first.
+struct RunInput {
+  std::filesystem::path file;
+  std::optional<std::filesystem::path> scene;
+  SolverOptions solver;
+  SceneOptions mesh;
+
+  /// Adds the file as the command's argument, and the options below.
+  void add_to(CLI::App& command);
+  /// Adds --scene and the options of solving and of meshes.
+  void add_options_to(CLI::App& command);
+
+  /// Throws Error when the output is one of the files that are read.
+  void require_separate(const std::filesystem::path& output) const;
+
+  /// Reads the log, or simulates the scene. Throws Error.
+  LoadedRun load(const RunEnd& end, Progress& progress) const;
+
+  /// Returns a run of one frame that shows a glTF file without physics; nothing for other inputs.
+  std::optional<LoadedRun> load_still() const;
+};
+
+}  // namespace substep::render

@@ -1,0 +1,272 @@
+// Frames of films: their layout, overlays and cameras.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "render/text.h"
+#include "render/video/composition.h"
+#include "render/video/film_camera.h"
+#include "render/video/overlay.h"
+#include "sim/error.h"
+#include "sim/loading/load_scene.h"
+#include "sim/measure/motion.h"
+#include "tests/folders.h"
+
+namespace substep::render {
+namespace {
+
+Scene scene(const std::string& name) {
+  return load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
+}
+
+/// Returns A1 to A5 and the reference in a scene.
+Comparison compared(const Scene& scene, double duration, const ReadingChoice& readings = {}) {
+  ComparisonSettings settings;
+  Settings base;
+  base.step = settings.step = scene.step;
+  settings.panels = default_panels(base);
+  settings.duration = duration;
+  settings.readings = readings;
+  return simulate_comparison(scene, settings);
+}
+
+Image frame_of(const Composition& composition, int k) {
+  const Image picture(composition.picture_width(), composition.picture_height());
+  return composition.frame(k, std::vector<Image>(6, picture));
+}
+
+TEST(Composition, SaysWhereARunDiverged) {
+  Comparison comparison = compared(scene("pendulum"), 0.2);
+  // Returns the reddest pixel in the middle of the second panel's picture.
+  const auto reddest = [&] {
+    const Image image = frame_of(Composition(comparison, "test", 640, 360), 6);
+    int most = 0;
+    for (int y = 75; y < 135; ++y) {
+      for (int x = image.width / 3; x < 2 * image.width / 3; ++x) {
+        const std::uint8_t* const p = image.pixel(x, y);
+        if (p[1] < 140 && p[2] < 110) most = std::max(most, static_cast<int>(p[0]));
+      }
+    }
+    return most;
+  };
+  EXPECT_LT(reddest(), 100);  // measured 15
+  comparison.runs[1].diverged = 0.1;
+  comparison.runs[1].poses.resize(3);
+  comparison.runs[1].errors.resize(3);
+  EXPECT_GT(reddest(), 240);  // measured 255
+}
+
+TEST(Composition, ArrangesPanelsByNumberAndFrameShape) {
+  using Rows = std::vector<int>;
+  const std::array<Rows, 9> wide{{{1}, {2}, {3}, {2, 2}, {3, 2}, {3, 3}, {4, 3}, {4, 4}, {5, 4}}};
+  for (int count = 1; count <= 9; ++count)
+    EXPECT_EQ(rows_for(count, 1268, 654, 110), wide.at(static_cast<std::size_t>(count - 1))) << count;
+  EXPECT_EQ(rows_for(2, 720, 1200, 100), (Rows{1, 1}));
+  EXPECT_EQ(rows_for(5, 608, 1032, 80), (Rows{2, 2, 1}));
+  EXPECT_EQ(rows_for(6, 1080, 1032, 100), (Rows{2, 2, 2}));
+}
+
+TEST(Composition, FillsFramesOfAnyShape) {
+  const Comparison comparison = compared(scene("pendulum"), 0);
+  for (const auto& [width, height] :
+       {std::pair(720, 720), std::pair(404, 720), std::pair(1280, 320), std::pair(360, 640)}) {
+    const Composition composition(comparison, "a title that is rather long for some of them", width, height);
+    EXPECT_EQ(frame_of(composition, 0).width, width);
+    EXPECT_GT(6 * composition.picture_width() * composition.picture_height(), width * height / 4)
+        << width << "x" << height;
+  }
+  EXPECT_THROW(Composition(comparison, "test", 1281, 720), Error);
+  EXPECT_THROW(Composition(comparison, "test", 300, 160), Error);
+  EXPECT_NO_THROW(Composition(comparison, "test", 320, 180));
+}
+
+TEST(Composition, StacksStrips) {
+  const Comparison comparison = compared(scene("pendulum"), 0.2, {.gap = true, .energy = true});
+  const Composition one(comparison, "test", 1280, 720);
+  const Composition two(comparison, "test", 1280, 720, {}, strips_named({"error", "gap", "gap"}));
+  EXPECT_EQ(one.picture_height() - two.picture_height(), 62);
+  EXPECT_NO_THROW(frame_of(two, 3));
+  EXPECT_THROW(strips_named({"height"}), Error);
+}
+
+int pixels_of(const Image& image, const Color& color) {
+  int count = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    const auto is_near = [&](std::size_t c) { return std::abs(image.rgb[i + c] - color[c]) < 30; };
+    count += is_near(0) && is_near(1) && is_near(2) ? 1 : 0;
+  }
+  return count;
+}
+
+/// A grey picture of a pendulum, and overlays on it.
+class Overlay : public testing::Test {
+ protected:
+  Overlay() {
+    std::fill(picture_.rgb.begin(), picture_.rgb.end(), std::uint8_t{100});
+    fill_rectangle(bodies_, 100, 60, 40, 40, {2, 0, 0});  // a square of body 1 before the sky
+    run_.poses = {initial_state(scene_).q};
+  }
+
+  /// Returns the colour of a pixel under the overlay.
+  std::array<int, 3> color_at(int x, int y, const char* overlay, const OverlayFrame& frame) const {
+    Image picture = picture_;
+    draw_overlays(picture, overlays_named({overlay}), frame);
+    EXPECT_EQ(picture.pixel(10, 10)[0], 100);
+    const std::uint8_t* const p = picture.pixel(x, y);
+    return {p[0], p[1], p[2]};
+  }
+
+  const Scene scene_ = scene("pendulum");
+  const View view_ = view_from(*scene_.camera, 16.0 / 9);
+  Image picture_{320, 180};
+  Image bodies_{320, 180};
+  render::Run run_;
+};
+
+TEST_F(Overlay, ProjectsPoints) {
+  const View view;  // looks along −Z, as wide as it is far to both sides
+  const auto middle = project(view, {0, 0, -2}, 200, 100);
+  ASSERT_TRUE(middle);
+  EXPECT_NEAR((*middle)[0], 100, 1e-12);
+  EXPECT_NEAR((*middle)[1], 50, 1e-12);
+  const auto corner = project(view, {1, 1, -2}, 200, 100);
+  ASSERT_TRUE(corner);
+  EXPECT_NEAR((*corner)[0], 150, 1e-12);
+  EXPECT_NEAR((*corner)[1], 25, 1e-12);
+  EXPECT_FALSE(project(view, {0, 0, 2}, 200, 100));
+}
+
+TEST_F(Overlay, MarksOpenJointsRed) {
+  const auto red = [&] {
+    Image picture(320, 180);
+    draw_overlays(picture, overlays_named({"joints"}), {scene_, view_, run_});
+    return pixels_of(picture, {255, 60, 80});
+  };
+  EXPECT_EQ(red(), 0);
+  for (std::size_t body = 1; body < scene_.bodies.size(); ++body) run_.poses[0][body].linear.x() += 0.3;
+  EXPECT_GT(red(), 10);  // measured 15
+}
+
+TEST_F(Overlay, DrawsTheReferencesOutline) {
+  Image picture(320, 180);
+  const ReferenceRun reference;
+  OverlayFrame frame{scene_, view_, run_};
+  frame.reference = &reference;
+  frame.reference_bodies = &bodies_;
+  draw_overlays(picture, overlays_named({"ghost"}), frame);
+  EXPECT_NEAR(pixels_of(picture, {217, 217, 217}), 4 * 40, 4);
+  EXPECT_EQ(picture.pixel(120, 80)[0], 0);
+}
+
+TEST_F(Overlay, ColoursBodiesByErrorSpeedAndDepth) {
+  constexpr std::array<int, 3> lowest{68, 1, 84};  // viridis
+  constexpr std::array<int, 3> middle{33, 145, 140};
+  constexpr std::array<int, 3> highest{253, 231, 37};
+  OverlayFrame frame{scene_, view_, run_};
+  frame.bodies = &bodies_;
+  ReferenceRun reference;
+  reference.poses = run_.poses;
+  frame.reference = &reference;
+  run_.errors = {0};
+  for (const auto& [error, color] : {std::pair(1e-4, lowest), std::pair(10.0, highest)}) {
+    run_.poses = reference.poses;
+    run_.poses[0][1].linear.x() += error;
+    EXPECT_EQ(color_at(120, 80, "error", frame), color);
+  }
+  run_.readings.speeds = {{0, 2}};
+  frame.scales = {false, 0, 2};
+  EXPECT_EQ(color_at(120, 80, "velocity", frame), highest);
+  frame.scales = {false, 0, 4};
+  EXPECT_EQ(color_at(120, 80, "velocity", frame), middle);
+  run_.readings.depths = {{0, 1e-3F}};
+  frame.scales = {true, 1e-5, 1e-1};
+  EXPECT_EQ(color_at(120, 80, "penetration", frame), middle);
+}
+
+TEST_F(Overlay, DrawsImpulsesAsArrowsToScale) {
+  run_.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
+  Image picture(200, 100);
+  draw_overlays(picture, overlays_named({"contacts"}), {scene_, View{}, run_, {true, 1e-3, 1, 0.25}});
+  int top = 100;
+  for (int y = 0; y < 100; ++y) {
+    if (picture.pixel(100, y)[0] > 200) top = std::min(top, y);
+  }
+  // From the middle, 0.75 m at 2 m where the picture is 4 m high: 18.75 pixels, and half the line's width.
+  EXPECT_NEAR(top, 50 - 18.75, 2.5);
+  EXPECT_EQ(picture.pixel(60, 50)[0], 0);
+}
+
+TEST_F(Overlay, DrawsAScaleOfARoundImpulse) {
+  run_.readings.contacts = {{}};
+  Image picture(640, 360);
+  // The view looks along −Z at the bodies' middle, 4 m ahead: 45 pixels a metre, 30 an N·s at 2/3 m for each.
+  View view;
+  const Vector3 middle = middle_of(scene_);
+  view.eye = {middle.x(), middle.y(), middle.z() + 4};
+  draw_overlays(picture, overlays_named({"contacts"}), {scene_, view, run_, {true, 1e-3, 1, 2.0 / 3}});
+  int right = 0;
+  for (int x = 0; x < 100; ++x) {
+    const std::uint8_t* const p = picture.pixel(x, 360 - 16);
+    if (p[0] > 150 && p[2] < 120) right = x;
+  }
+  // 128 pixels, a fifth of the width, hold 4.3 N·s: the arrow is of 2 N·s, and begins at 8.
+  EXPECT_NEAR(right, 8 + 60, 3);
+}
+
+TEST_F(Overlay, RejectsUnknownNames) {
+  EXPECT_THROW(overlays_named({"trails", "forces"}), Error);
+  EXPECT_THROW(overlays_named({"error", "velocity"}), Error);
+  EXPECT_FALSE(overlays_named({}).any());
+}
+
+TEST(FilmCamera, HoldsAllRunsButAnExplosion) {
+  const Scene loaded = scene("pendulum");
+  Comparison comparison;
+  comparison.times.resize(3);
+  comparison.runs.resize(3);
+  for (std::size_t run = 0; run < 3; ++run) {
+    for (const double way : {0.0, 0.1, run == 0 ? 0.2 : run == 1 ? 0.9 : 100.0}) {
+      comparison.runs[run].poses.push_back(initial_state(loaded).q);
+      comparison.runs[run].poses.back()[1].linear.x() += way * size_of(loaded);
+    }
+  }
+  EXPECT_EQ(seen_frames(loaded, comparison).size(), 1u + 3 + 3 + 2);
+}
+
+TEST(FilmCamera, IsNamedByItsNodeOrItself) {
+  Scene loaded = scene("pendulum");
+  Camera side = *loaded.camera;
+  side.pose.position = {7, 0, 0};
+  loaded.cameras.push_back({"on the left", "wide", side});
+  for (const char* const name : {"name:on the left", "name:wide"})
+    EXPECT_EQ(seen_by(camera_named(name, loaded), loaded).camera->pose.position.x(), 7) << name;
+  EXPECT_EQ(seen_by(camera_named("scene", loaded), loaded).camera->pose.position,
+            loaded.camera->pose.position);
+  EXPECT_FALSE(seen_by(camera_named("fit", loaded), loaded).camera);
+}
+
+TEST(FilmCamera, FollowsABodyAndOrbitsTheScene) {
+  const Scene loaded = scene("rod_chain");
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  const FilmCamera follow = camera_named("follow:" + loaded.bodies[2].name, loaded);
+  EXPECT_EQ(follow.follows, 2);
+  const View along = moved(view, follow, {1, 2, 3}, 1, Vector3::Zero());
+  EXPECT_NEAR((along.eye - view.eye).y, 2, 1e-12);
+  // After half a turn the camera is on the other side of the middle, and looks back.
+  const View round = moved(view, camera_named("orbit:90", loaded), Vector3::Zero(), 2, {0.5, 0, 0.25});
+  EXPECT_NEAR(round.eye.x, 1 - view.eye.x, 1e-12);
+  EXPECT_NEAR(round.eye.y, view.eye.y, 1e-12);
+  EXPECT_NEAR(round.eye.z, 0.5 - view.eye.z, 1e-12);
+  EXPECT_NEAR(round.forward.x, -view.forward.x, 1e-12);
+  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere", "name:nobody"})
+    EXPECT_THROW(camera_named(text, loaded), Error) << text;
+}
+
+}  // namespace
+}  // namespace substep::render
