@@ -30,7 +30,7 @@ struct PlayerOptions {
   bool has_frame_rate = false;  ///< --fps was typed
 };
 
-/// Whether a folder of pages is asked for: by several scenes, or by an output without an extension.
+/// Returns whether the output is a folder of pages: for several scenes, or an output without an extension.
 bool is_site(const PlayerOptions& options) {
   return options.scenes.size() > 1 || (options.output && !options.output->has_extension());
 }
@@ -74,7 +74,7 @@ void make_pages(PlayerOptions& options) {
   Progress progress;
   site.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
   site.comparison = [&options](const Scene& scene) {
-    // What settings() finds for one scene is not the next one's.
+    // Copy the options: settings() stores the title of one scene's panels in them
     ComparisonOptions typed = options.comparison;
     ComparisonSettings settings = typed.settings(scene);
     settings.readings = player_readings(scene);

@@ -34,7 +34,6 @@ class Film : public Program {
     fs::permissions(folder() / "bin/ffmpeg", fs::perms::owner_all);
   }
 
-  /// Films are made by it, so the tests' machine has it.
   static std::string real_ffmpeg() { return find_ffmpeg().value().string(); }
 
   void expect_failure(const std::string& part) const {
@@ -48,17 +47,17 @@ class Film : public Program {
   }
 };
 
-TEST_F(Film, AMessageIsAFailureWhateverTheCode) {
+TEST_F(Film, FailsWithAMessageAndExitCode0) {
   fake("cat > /dev/null\necho 'Error writing trailer of film: No space left on device' >&2\nexit 0\n");
   expect_failure("ffmpeg failed: Error writing trailer of film: No space left on device");
 }
 
-TEST_F(Film, AnEmptyFileIsAFailure) {
+TEST_F(Film, FailsWithAnEmptyFile) {
   fake("cat > /dev/null\nexit 0\n");
   expect_failure("its film has 0 frames of");
 }
 
-TEST_F(Film, ACutFileIsAFailure) {
+TEST_F(Film, FailsWithACutFile) {
   fake(
       fmt::format("{} \"$@\" || exit\nfor last; do :; done\n"
                   "case $last in file:*) truncate -s -1000 \"${{last#file:}}\";; esac\n",
@@ -66,7 +65,7 @@ TEST_F(Film, ACutFileIsAFailure) {
   expect_failure("ffmpeg failed: ");
 }
 
-TEST_F(Film, AHangEnds) {
+TEST_F(Film, EndsAHang) {
   fake("exec sleep 60\n");
   const fs::path program = folder() / "bin/ffmpeg";
   const auto start = std::chrono::steady_clock::now();

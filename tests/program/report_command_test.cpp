@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <tuple>
 
 #include "program.h"
 
@@ -22,22 +23,23 @@ TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
   EXPECT_THAT(content("map.txt"), testing::StartsWith("Stability of one constraint row"));
 }
 
-TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
+TEST_F(FigureCommand, RefusesBadOptions) {
   expect_refused({"report", "figure", "portrait"}, "there is no figure 'portrait'; there are work-rows");
   expect_refused({"report", "figure", "work-rows"}, "'substep sweep' writes it");
-  expect_refused({"report", "figure", "stability", "--output", "map.eps"}, "ends in .svg, .pdf or .png");
-  expect_refused({"report", "figure", "stability", "--width", "wide"},
-                 "give one-column (85 mm), two-columns");
-  expect_refused({"report", "figure", "stability", "--width", "5"}, "--width '5'");
-  expect_refused({"report", "figure", "stability", "--x-range", "2:1"}, "--x-range '2:1': give FROM:TO");
-  expect_refused({"report", "figure", "stability", "--series", "A9"},
-                 "no series 'A9': it has stable; unstable; closed form");
-  expect_refused({"report", "figure", "stability", "--font", "a'b"}, "--font 'a'b': give a font's name");
+  for (const auto& [option, value, message] :
+       {std::tuple("--output", "map.eps", "ends in .svg, .pdf or .png"),
+        std::tuple("--width", "wide", "give one-column (85 mm), two-columns"),
+        std::tuple("--width", "5", "--width '5'"),
+        std::tuple("--x-range", "2:1", "--x-range '2:1': give FROM:TO"),
+        std::tuple("--series", "A9", "no series 'A9': it has stable; unstable; closed form"),
+        std::tuple("--font", "a'b", "--font 'a'b': give a font's name")}) {
+    expect_refused({"report", "figure", "stability", option, value}, message);
+  }
 }
 
 class ReportCommand : public Program {};
 
-TEST_F(ReportCommand, MakesAPageOfScenesOfOnesOwn) {
+TEST_F(ReportCommand, MakesAPageOfASweepFile) {
   std::filesystem::create_directory(folder() / "mine");
   std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "mine/swing.gltf");
   std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "mine/ball.gltf");
@@ -54,7 +56,7 @@ TEST_F(ReportCommand, MakesAPageOfScenesOfOnesOwn) {
     EXPECT_THAT(page, testing::Not(HasSubstr(other)));
 }
 
-TEST_F(ReportCommand, AnswersForScenesWithoutASweepFile) {
+TEST_F(ReportCommand, MakesAPageOfScenes) {
   std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
   std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "ball.gltf");
   const Outcome outcome = run({"report", "swing.gltf", "ball.gltf", "--output", "page"});
