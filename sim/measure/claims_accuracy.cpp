@@ -12,7 +12,7 @@
 namespace substep::claims {
 namespace {
 
-/// Adds the least and the largest of some ratios of times.
+/// Adds the least and the largest ratio of times to the claim's figures.
 void add_time_ratios(const std::string& what, const std::string& unit, const std::vector<double>& ratios,
                      Claim& claim) {
   claim.add(what + ", least", {std::ranges::min(ratios)}, unit, true);

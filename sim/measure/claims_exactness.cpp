@@ -1,4 +1,4 @@
-/// Claims of exact equality, and of errors of a known order: 1, 2, 4, 5 and 8 to 10.
+/// Claims of exact equality, and of errors of a known order: 1, 2, 4, 5, 8 to 10 and 16.
 
 #include <fmt/format.h>
 
@@ -54,7 +54,7 @@ double bias_error(const Scene& scene, const Vector3& linear, const Vector3& angu
   Formulated at(scene, Joints::rows, hs);
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
-    // Every other body moves the other way, so that they do not move as one.
+    // Move every other body the other way, so that they do not move as one.
     const double sign = i % 2 == 0 ? 1 : -1;
     at.state.v[i].linear = sign * linear;
     at.state.v[i].angular = sign * angular;
@@ -168,7 +168,7 @@ Claim claim5(Measurement& measurement) {
     }
     return difference;
   };
-  // Contacts multiply rounding, so that they are compared for a shorter time.
+  // Compare contacts, which multiply rounding, for a shorter time.
   for (const auto& [name, duration] : {std::pair{"tumbling rod_chain", horizon}, {"powered_wheel", 0.25}}) {
     const double difference = largest(measurement.scene(name), duration);
     claim.add(fmt::format("{}, {:g} s", name, duration), {difference}, "m");

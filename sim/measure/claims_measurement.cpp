@@ -86,7 +86,7 @@ Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) 
 const Reference& Measurement::reference(const std::string& name) {
   const auto found = references_.find(name);
   if (found != references_.end()) return found->second;
-  // Bodies that stand still have no error that smaller steps reduce.
+  // Smaller steps reduce no error of bodies that stand still.
   const bool stands = name == "stone_pyramid" || name == "card_house";
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }
@@ -96,7 +96,7 @@ MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n
                              double duration) const {
   const Settings settings = settings_of(scene(name), algorithm, n, m, joints);
   if (algorithm > Algorithm::a2) return measured_run(scene(name), settings, duration);
-  // Give the procedure: it takes a step as one.
+  // Pass the procedure, so that it takes a step as one.
   Simulation simulation(scene(name), settings, algorithm == Algorithm::a1 ? proc1 : proc2);
   return measured_run(simulation, duration);
 }

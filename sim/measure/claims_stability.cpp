@@ -1,4 +1,4 @@
-/// Claims of what runs settle at and whether they stay bounded: 11, 12, 15 and 17.
+/// Claims of fixed points and of stability: 11, 12, 15 and 17.
 
 #include <fmt/format.h>
 
@@ -144,7 +144,7 @@ Claim claim12(Measurement& measurement) {
     const Vector3 axis = state.q[driven->body_a].angular * axis_in_a;
     return axis.dot(state.v[driven->body_b].angular - state.v[driven->body_a].angular);
   };
-  // The same, but for the motor's bias, which follows the update rule.
+  // Let the motor's bias follow the update rule.
   const auto without_undoing = [](const Procedure& procedure) {
     return [procedure](CoordinateVector& q, VelocityVector& v, const Settings& settings, Problem& problem,
                        Work& work) {

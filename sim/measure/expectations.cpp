@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "sim/math/rotation.h"
 #include "sim/measure/invariants.h"
@@ -17,9 +18,14 @@ constexpr double same_time = 1e-9;  // s: by how much a sum of steps misses the 
 
 constexpr double least_rise = 0.1;  // of the tolerance: to a maximum and down from it
 
-/// The angle that is one of `angle` + 2π k and nearest to `before`, rad.
+/// Returns the angle that is one of `angle` + 2π k and nearest to `before`, rad.
 double unwound(double angle, double before) {
   return before + std::remainder(angle - before, 2 * std::numbers::pi);
+}
+
+/// Returns the bodies of an expectation; the world for one of the whole scene.
+std::vector<int> bodies_of(const Expectation& expectation) {
+  return expectation.bodies.empty() ? std::vector{world_body} : expectation.bodies;
 }
 
 bool is_of_contacts(Quantity quantity) {
@@ -47,7 +53,7 @@ class QuantityOfBody {
       : scene_(scene), e_(expectation), body_(static_cast<std::size_t>(body)), start_(start) {
     const Vector3& along = e_.direction;
     const Vector3 arm = radial(start);
-    // Where the start is on the axis, angles are counted from wherever the body leaves it.
+    // Count angles from the direction in which the body leaves the axis if the start is on it.
     outwards_ = arm.norm() > 0 ? arm.normalized() : along.unitOrthogonal();
     sideways_ = along.cross(outwards_);
     if (e_.quantity == Quantity::joint_gap) gap_.emplace(scene);
@@ -103,7 +109,7 @@ class QuantityOfBody {
   }
 
  private:
-  /// From the axis to the body's centre.
+  /// Returns the vector from the axis to the body's centre.
   Vector3 radial(const State& state) const {
     const Vector3 arm = state.q[body_].linear - e_.centre;
     return arm - arm.dot(e_.direction) * e_.direction;
@@ -114,7 +120,7 @@ class QuantityOfBody {
     return state.q[body_].angular * (scene_.bodies[body_].body_from_node.orientation * e_.direction);
   }
 
-  /// The twist about the direction in the rotation since the start, in [−2π, 2π].
+  /// Returns the twist about the direction in the rotation since the start, in [−2π, 2π].
   double turned(const State& state) const {
     const Quaternion turn = state.q[body_].angular * start_.q[body_].angular.conjugate();
     return 2 * angle_of(turn.vec().dot(e_.direction), turn.w());
@@ -135,10 +141,14 @@ class QuantityOfBody {
 /// Reads one number off a quantity.
 class Reader {
  public:
-  explicit Reader(const Expectation& expectation) : e_(expectation) {}
+  /// `start`: the value at time 0.
+  Reader(const Expectation& expectation, double start)
+      : e_(expectation), last_(start), side_(side_of(start)), lowest_(start), highest_(start) {
+    if (e_.reading == Reading::at || e_.reading == Reading::throughout) add(0, start);
+  }
 
   void add(double time, double value) {
-    if (!is_first_ && !done_) {
+    if (!done_) {
       switch (e_.reading) {
         case Reading::at:
           add_at(time, value);
@@ -151,24 +161,21 @@ class Reader {
           add_peak(value);
           break;
         case Reading::mean:
-          if (last_time_ >= e_.from - same_time && time <= e_.to + same_time) {
+          if (is_within(last_time_) && is_within(time)) {
             sum_ += (last_ + value) / 2 * (time - last_time_);
             summed_ += time - last_time_;
           }
           break;
         case Reading::throughout:
+          if (is_within(time)) keep_furthest(value);
           break;
       }
     }
-    if (is_first_) begin(value);
-    if (e_.reading == Reading::throughout && time >= e_.from - same_time && time <= e_.to + same_time)
-      keep_furthest(value);
-    is_first_ = false;
     last_time_ = time;
     last_ = value;
   }
 
-  /// Infinite where it has not come.
+  /// Returns the number; infinite where the event has not happened.
   double result(bool diverged) const {
     if (e_.reading == Reading::mean) {
       const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
@@ -180,11 +187,7 @@ class Reader {
   }
 
  private:
-  void begin(double value) {
-    lowest_ = highest_ = value;
-    if (e_.reading == Reading::at && e_.from <= same_time) finish(value);
-    side_ = side_of(value);
-  }
+  bool is_within(double time) const { return time >= e_.from - same_time && time <= e_.to + same_time; }
 
   void finish(double value) {
     found_ = value;
@@ -193,7 +196,7 @@ class Reader {
 
   void add_at(double time, double value) {
     if (time < e_.from - same_time) return;
-    // Between two steps: on the line from one to the other.
+    // Interpolate linearly between two steps.
     const double share = time > e_.from + same_time ? (e_.from - last_time_) / (time - last_time_) : 1;
     finish(last_ + share * (value - last_));
   }
@@ -210,8 +213,8 @@ class Reader {
     side_ = side;
   }
 
-  /// A maximum counts once the quantity has fallen from it by a tenth of the tolerance, having risen by as
-  /// much before: what trembles by less has none.
+  /// Counts a maximum once the quantity has risen to it and fallen from it by a tenth of the tolerance;
+  /// smaller oscillations have none.
   void add_peak(double value) {
     if (is_rising_) {
       highest_ = std::max(highest_, value);
@@ -236,17 +239,16 @@ class Reader {
   }
 
   const Expectation& e_;
-  bool is_first_ = true;
   bool done_ = false;
   double last_time_ = 0;
-  double last_ = 0;
+  double last_;
   double sum_ = 0;     // of trapezoids
   double summed_ = 0;  // s
   int count_ = 0;
-  int side_ = 0;
+  int side_;
   bool is_rising_ = false;
-  double lowest_ = 0;
-  double highest_ = 0;
+  double lowest_;
+  double highest_;
   std::optional<double> found_;
 };
 
@@ -273,17 +275,15 @@ ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start)
     if (expectation.needs <= scene.duration + same_time)
       implementation_->figures.push_back({expectation, {}});
   }
-  // Series refer to what their figures hold, which stays where it is from here on.
+  // Series refer to their figure's expectation, which keeps its address from here on.
+  const std::vector<ContactImpulse> none;
   for (Implementation::Figure& figure : implementation_->figures) {
-    std::vector<int> bodies = figure.expectation.bodies;
-    if (bodies.empty()) bodies.push_back(world_body);
-    for (const int body : bodies) {
-      figure.series.push_back({QuantityOfBody(scene, figure.expectation, body, implementation_->start),
-                               Reader(figure.expectation)});
+    for (const int body : bodies_of(figure.expectation)) {
+      QuantityOfBody quantity(scene, figure.expectation, body, implementation_->start);
+      const double at_start = quantity.value(start, 0, &none);
+      figure.series.push_back({std::move(quantity), Reader(figure.expectation, at_start)});
     }
   }
-  const std::vector<ContactImpulse> none;
-  add(start, 0, &none);
 }
 
 ExpectationMeter::~ExpectationMeter() = default;
@@ -310,7 +310,7 @@ std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
     for (const Implementation::Series& series : figure.series) {
       ExpectedFigure own = worst;
       own.measured = series.reader.result(diverged);
-      // Within a bound errors are 0, and the value nearest to it says most.
+      // Keep the value nearest to a bound, within which all errors are 0.
       const bool is_beyond = e.bound == Bound::at_most    ? own.measured > worst.measured
                              : e.bound == Bound::at_least ? own.measured < worst.measured
                                                           : own.error() > worst.error();
@@ -325,7 +325,7 @@ std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
 
 const Expectation* expectation_of_poses(const Scene& scene) {
   const auto found = std::ranges::find_if(scene.expected, [](const Expectation& e) {
-    // Their value is a time.
+    // The value of these two is a time.
     if (e.reading == Reading::crossing || e.reading == Reading::stays) return false;
     return e.quantity == Quantity::displacement || e.quantity == Quantity::position ||
            e.quantity == Quantity::way || e.quantity == Quantity::angle || e.quantity == Quantity::azimuth ||
@@ -337,10 +337,8 @@ const Expectation* expectation_of_poses(const Scene& scene) {
 std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
                                     const std::vector<std::vector<Coordinates>>& poses) {
   const State start = initial_state(scene);
-  std::vector<int> bodies = expectation.bodies;
-  if (bodies.empty()) bodies.push_back(world_body);
   std::vector<QuantityOfBody> quantities;
-  for (const int body : bodies) quantities.emplace_back(scene, expectation, body, start);
+  for (const int body : bodies_of(expectation)) quantities.emplace_back(scene, expectation, body, start);
   State state = start;
   std::vector<double> values;
   for (const std::vector<Coordinates>& at : poses) {

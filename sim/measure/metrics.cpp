@@ -36,7 +36,7 @@ constexpr double free_momentum = 0.01;
 /// Limit of the angle by which summed rotation turns a body's momentum in A4 and A5, rad.
 constexpr double warned_turn = 0.1;
 
-/// √(Σ m |Δv|² + Δω · I Δω) / √Σ m, m/s.
+/// Returns √(Σ m |Δv|² + Δω · I Δω) / √Σ m, m/s.
 double velocity_distance(const Scene& scene, const State& a, const State& b) {
   double sum = 0;
   double mass = 0;
@@ -64,8 +64,8 @@ struct Measurement {
   Motion motion;
 };
 
-/// Steps for the scene's duration, and gathers what does not need the reference. `at_sample`, where there is
-/// one, receives the time and the state of each sample.
+/// Steps for the scene's duration, and gathers the metrics that need no reference. `at_sample`, where
+/// there is one, receives the time and the state of each sample.
 Measurement sampled(const Scene& scene, Stepper& stepper, double step, double interval,
                     const std::function<void(double, const State&)>& at_sample) {
   const Sampling sampling(step, interval);
@@ -137,7 +137,7 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
 
 void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
   const double size = size_of(scene);
-  // Without a reference there is no error to judge by.
+  // Judge no error without a reference.
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
   const double most = bounded_violation * smallest_body_of(scene);
   metrics.energy_scale = energy_scale(scene);
@@ -257,7 +257,7 @@ std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
   const double gap = JointGapMeter(scene).gap(start);
   const double depth = PenetrationMeter(scene).depth(start);
 
-  // The largest gap counts once, as the worst that it is.
+  // Report the largest gap once, with its worst severity.
   if (metrics.joint_gap > gap + size) {
     check("joint gap", metrics.joint_gap, "m", gap + size, Severity::torn);
   } else if (metrics.joint_gap > gap + most) {

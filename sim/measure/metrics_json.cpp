@@ -19,8 +19,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Calls `field` with each key of the JSON and its member of Metrics.
-template <typename SomeMetrics, typename Field>
-void for_each_metric(SomeMetrics& x, const Field& field) {
+template <typename Field>
+void for_each_field(Metrics& x, const Field& field) {
   field("position", x.error.position);
   field("orientation", x.error.orientation);
   field("stepping_error", x.parts.stepping);
@@ -43,8 +43,8 @@ void for_each_metric(SomeMetrics& x, const Field& field) {
 }
 
 /// Calls `field` with each key of the JSON and its member of RunTimes.
-template <typename SomeTimes, typename Field>
-void for_each_time(SomeTimes& t, const Field& field) {
+template <typename Field>
+void for_each_field(RunTimes& t, const Field& field) {
   field("median", t.median);
   field("smallest", t.smallest);
   field("largest", t.largest);
@@ -114,46 +114,40 @@ void read(const Json& list, std::vector<ExpectedFigure>& expected) {
   }
 }
 
-/// Returns a function that sets a member of an object from its key in `json`.
-auto reader_of(const Json& json) {
-  return [&json](const char* key, auto& value) {
-    try {
-      read(json.at(key), value);
-    } catch (const Json::exception& error) {
-      throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
-    }
-  };
+template <typename Object>
+Json written(Object object) {
+  Json json;
+  for_each_field(object, [&](const char* key, const auto& value) { json[key] = value_json(value); });
+  return json;
 }
 
-/// Returns a function that sets a key of `json` from a member of an object.
-auto writer_to(Json& json) {
-  return [&json](const char* key, const auto& value) { json[key] = value_json(value); };
+template <typename Object>
+Object read_object(const Json& json) {
+  Object object;
+  try {
+    for_each_field(object, [&](const char* key, auto& value) { read(json.at(key), value); });
+  } catch (const Json::exception& error) {
+    throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
+  }
+  return object;
 }
 
 }  // namespace
 
 Json to_json(const Metrics& metrics) {
-  Json json;
-  for_each_metric(metrics, writer_to(json));
-  return json;
+  return written(metrics);
 }
 
 Metrics metrics_in(const Json& json) {
-  Metrics metrics;
-  for_each_metric(metrics, reader_of(json));
-  return metrics;
+  return read_object<Metrics>(json);
 }
 
 Json to_json(const RunTimes& times) {
-  Json json;
-  for_each_time(times, writer_to(json));
-  return json;
+  return written(times);
 }
 
 RunTimes times_in(const Json& json) {
-  RunTimes times;
-  for_each_time(times, reader_of(json));
-  return times;
+  return read_object<RunTimes>(json);
 }
 
 Json to_json(const Settings& settings) {

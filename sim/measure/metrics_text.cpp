@@ -29,7 +29,7 @@ std::string label(const MeasuredSettings& run) {
   return run.author.empty() ? label(run.settings) : run.author;
 }
 
-/// "A3" of an algorithm.
+/// Returns "A3" of an algorithm.
 std::string short_label(const MeasuredSettings& run) {
   return run.author.empty() ? label(run).substr(0, 2) : run.author;
 }
@@ -168,7 +168,8 @@ bool has_each_algorithm_once(const SceneMeasurement& m) {
   return true;
 }
 
-/// Returns true where A2 makes `substeps` iterations and A3 to A5 so many sub-steps, all else by default.
+/// Returns true where A2 makes `substeps` iterations, or A3 to A5 so many sub-steps, and all else is by
+/// default.
 bool is_by_substeps(const MeasuredSettings& run, int substeps) {
   const std::string settings = settings_label(run.settings);
   return settings.empty() || settings == fmt::format(" n={}", substeps) ||
@@ -198,7 +199,7 @@ std::string settings_line(const SceneMeasurement& m) {
   return text;
 }
 
-/// A column of the short table: the larger its rank, the sooner it makes room for others.
+/// A column of the short table: the larger its rank, the sooner it is left out.
 struct Column {
   int rank;
   std::string head;
@@ -231,7 +232,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
       return fmt::format("~{:.2g}", 1000 * run.times->median / m.duration);
     });
   }
-  // Where the reference stands still, `moved` says the same of the whole duration.
+  // Leave the error out where the reference stands still: `moved` covers the whole duration.
   if (!m.stands && m.reference.horizon > 0) {
     add(0, settings_in_rows ? fmt::format("RMS error to {:.3g} s, m", m.reference.horizon) : "RMS error, m",
         [&m](const MeasuredSettings& run) {
@@ -249,7 +250,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
   add_positive(0, "joint gap, m", &Metrics::joint_gap);
   add_positive(0, "overlap, m", &Metrics::penetration);
   if (m.stands) add_positive(1, "moved, m", &Metrics::moved);
-  // Any step's energy drifts by up to a hundredth of the scene's scale.
+  // Ignore rises of up to a hundredth of the scene's energy scale, which every step size has.
   const auto gains = [](const MeasuredSettings& run) {
     return run.metrics.energy_growth > 0.01 * run.metrics.energy_scale;
   };
@@ -284,7 +285,7 @@ TextTable short_table(const SceneMeasurement& m, bool settings_in_rows) {
   return table;
 }
 
-/// The largest error of the runs, in parts of the figure's tolerance.
+/// Returns the largest error of the runs, relative to the figure's tolerance.
 double worst_share(const SceneMeasurement& m, std::size_t figure) {
   double worst = 0;
   for (const MeasuredSettings& run : m.runs) {

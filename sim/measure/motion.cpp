@@ -265,13 +265,13 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
     runs.push_back({1 << level, std::move(stepper), std::move(motion)});
   }
   const auto last = static_cast<std::size_t>(std::lround(duration / scene.step));
-  // Continue all levels together until the refinements agree in no column: later samples tell nothing.
+  // Continue all levels together until the refinements agree in no column.
   std::optional<RombergTable> table;
   std::size_t until = 0;
   do {
     const std::size_t before = until;
     until = std::min(last, std::max(first_samples, 2 * until));
-    // The finest level takes half of the work, and begins first.
+    // Begin with the finest level, which takes half of the work.
     parallel_for(threads, runs.size(), [&](std::size_t i, const std::stop_token&) {
       Refinement& run = runs[runs.size() - 1 - i];
       const bool has_diverged = run.motion.samples.size() <= before;
