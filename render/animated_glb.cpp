@@ -163,9 +163,11 @@ int BodyMeshes::add(const std::vector<Primitive>& primitives) {
   return known->second;
 }
 
-Json rotation_of(const Quaternion& q) {
-  const Quaternion unit = q.normalized();
-  return {unit.x(), unit.y(), unit.z(), unit.w()};
+Json node_at(const std::string& name, const Vector3& place, const Quaternion& orientation) {
+  const Quaternion q = orientation.normalized();
+  return {{"name", name},
+          {"translation", {place.x(), place.y(), place.z()}},
+          {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
 /// Returns the rotation from −Z, along which cameras and lights look, to a direction.
@@ -197,14 +199,12 @@ Camera automatic_camera(std::span<const Part> parts, std::span<const std::vector
 }
 
 void add_camera(GlbWriter& writer, const Camera& camera) {
-  const Vector3& eye = camera.pose.position;
   writer.root()["cameras"] = Json::array(
       {{{"type", "perspective"},
         {"perspective", {{"yfov", camera.vertical_field_of_view}, {"znear", 0.01}, {"zfar", 1000}}}}});
-  writer.add_node({{"name", "camera"},
-                   {"camera", 0},
-                   {"translation", {eye.x(), eye.y(), eye.z()}},
-                   {"rotation", rotation_of(camera.pose.orientation)}});
+  Json node = node_at("camera", camera.pose.position, camera.pose.orientation);
+  node["camera"] = 0;
+  writer.add_node(std::move(node));
 }
 
 void add_light(GlbWriter& writer, const char* name, const Light& light) {
@@ -219,10 +219,9 @@ void add_light(GlbWriter& writer, const char* name, const Light& light) {
   writer.use("KHR_lights_punctual");
   Json& lights = writer.root()["extensions"]["KHR_lights_punctual"]["lights"];
   lights.push_back(std::move(json));
-  Json node = {{"name", name},
-               {"translation", {light.position.x(), light.position.y(), light.position.z()}},
-               {"extensions", {{"KHR_lights_punctual", {{"light", lights.size() - 1}}}}}};
-  if (light.kind != Light::Kind::point) node["rotation"] = rotation_of(looking_along(light.direction));
+  Json node = node_at(name, light.position, looking_along(light.direction));
+  node["extensions"]["KHR_lights_punctual"]["light"] = lights.size() - 1;
+  if (light.kind == Light::Kind::point) node.erase("rotation");
   writer.add_node(std::move(node));
 }
 
@@ -247,7 +246,7 @@ bool can_be_keyed(const std::vector<Coordinates>& poses) {
 
 /// Writes the animation channels of a body that moves.
 void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> frames, std::size_t body,
-                  int node, int times, Json& animation) {
+                  int times, Json& animation) {
   std::vector<float> positions;
   std::vector<float> rotations;
   Eigen::Vector4d before = frames.front()[body].angular.coeffs();
@@ -268,7 +267,7 @@ void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> f
                                      {"output", writer.add_floats(values, width, false, false)},
                                      {"interpolation", "LINEAR"}});
     animation["channels"].push_back(
-        {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
+        {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", 1 + body}, {"path", path}}}});
   };
   add(positions, 3, "translation");
   add(rotations, 4, "rotation");
@@ -284,17 +283,12 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
   GlbWriter writer;
   BodyMeshes meshes(writer, scene);
   add_ground(writer, scene, meshes);
-  std::vector<int> nodes;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
-    Json node = {{"name", body == 0 ? "world" : scene.bodies[body].name}};
+    Json node = {{"name", "world"}};
+    if (body > 0) node = node_at(scene.bodies[body].name, start[body].linear, start[body].angular);
     const int mesh = meshes.add(meshes.primitives_of(body));
     if (mesh >= 0) node["mesh"] = mesh;
-    if (body > 0) {
-      const Coordinates& q = start[body];
-      node["translation"] = {q.linear.x(), q.linear.y(), q.linear.z()};
-      node["rotation"] = rotation_of(q.angular);
-    }
-    nodes.push_back(writer.add_node(std::move(node)));
+    writer.add_node(std::move(node));
   }
   const std::vector<std::vector<Coordinates>> at_start{start};
   const auto shown = frames.empty() ? std::span(at_start) : frames;
@@ -309,7 +303,7 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
     const int keys = writer.add_floats(times, 1, true, false);
     Json animation = {{"name", scene.name}, {"samplers", Json::array()}, {"channels", Json::array()}};
     for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-      add_channels(writer, frames, body, nodes[body], keys, animation);
+      add_channels(writer, frames, body, keys, animation);
     }
     if (!animation["channels"].empty()) writer.root()["animations"] = Json::array({animation});
   }

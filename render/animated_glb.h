@@ -10,7 +10,7 @@
 
 namespace substep::render {
 
-/// The file's bytes: a node a body with what Renderer draws of it, textures and all, a piece of the ground,
+/// Returns the file's bytes: a node a body with its visuals as Renderer draws them, a piece of the ground,
 /// the scene's camera, or where it has none one that shows all that moves, its lights (KHR_lights_punctual),
 /// and the poses of `frames`, `interval` seconds apart, as one animation of the bodies that move. Node 0 is
 /// the ground, node 1 + i body i. Equal meshes are stored once. Frames end before the first that is not

@@ -10,7 +10,15 @@
 namespace substep::render {
 namespace {
 
-/// Finish of what the scene gives none for.
+Vector3 vector_of(const std::array<float, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+std::array<float, 3> floats_of(const Vector3& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+/// Returns the finish of bodies for which the scene has none.
 Surface default_surface(int body) {
   // Linear; of like lightness, neighbours far apart in hue.
   static constexpr std::array<std::array<double, 3>, 8> palette{{{0.523, 0.117, 0.052},
@@ -26,13 +34,14 @@ Surface default_surface(int body) {
     surface.base_color = {0.38, 0.37, 0.35};
     surface.roughness = 0.7;
   } else {
-    surface.base_color = palette[static_cast<std::size_t>(body - 1) % palette.size()];
+    surface.base_color = palette[(body - 1) % palette.size()];
     surface.roughness = 0.42;
   }
   return surface;
 }
 
-/// A number of an edge from corner to corner: the mixing function of splitmix64 (Steele, Lea and Flood 2014).
+/// Returns a number of an edge from corner to corner: the mixing function of splitmix64 (Steele, Lea and
+/// Flood 2014).
 std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
   std::uint64_t x = from + 0x9e3779b97f4a7c15 * (to + 1);
   x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
@@ -43,15 +52,12 @@ std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
 /// Returns whether every edge of the part's triangles has as many on each side, and they enclose a volume.
 /// The part's vertices are those from `first` on.
 bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
-  // Vertices at one corner have one key.
+  // Give vertices at one corner one key.
   const double grid = 1e-6 * (part.high - part.low).maxCoeff();
   if (!(grid > 0)) return false;
-  const auto position = [](const Vertex& vertex) {
-    return Vector3(vertex.position[0], vertex.position[1], vertex.position[2]);
-  };
   std::vector<std::uint64_t> keys;
   for (std::size_t i = first; i < mesh.vertices.size(); ++i) {
-    const Vector3 p = (position(mesh.vertices[i]) - part.low) / grid;
+    const Vector3 p = (vector_of(mesh.vertices[i].position) - part.low) / grid;
     std::uint64_t key = 0;
     for (const double x : {p.x(), p.y(), p.z()})
       key = key << 21 | static_cast<std::uint64_t>(std::llround(x));
@@ -65,7 +71,7 @@ bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
     std::array<Vector3, 3> points;
     for (std::size_t k = 0; k < 3; ++k) {
       at[k] = keys[mesh.indices[i + k] - first];
-      points[k] = position(mesh.vertices[mesh.indices[i + k]]) - part.low;
+      points[k] = vector_of(mesh.vertices[mesh.indices[i + k]].position) - part.low;
     }
     if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -91,32 +97,24 @@ class Gatherer {
   }
 
   std::uint32_t add_vertex(const Vector3& position, const Vector3& normal) {
-    const auto to_floats = [](const Vector3& v) {
-      return std::array<float, 3>{static_cast<float>(v.x()), static_cast<float>(v.y()),
-                                  static_cast<float>(v.z())};
-    };
-    const auto& color = surface_.base_color;
-    mesh_.vertices.push_back(
-        {to_floats(position),
-         to_floats(normal),
-         {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])},
-         static_cast<float>(surface_.metallic),
-         static_cast<float>(surface_.roughness)});
+    const auto& [red, green, blue] = surface_.base_color;
+    mesh_.vertices.push_back({floats_of(position), floats_of(normal), floats_of({red, green, blue}),
+                              static_cast<float>(surface_.metallic), static_cast<float>(surface_.roughness)});
     return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
   }
 
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const auto vector = [](const std::array<float, 3>& v) { return Vector3(v[0], v[1], v[2]); };
     const Vertex& va = mesh_.vertices[a];
     const Vertex& vb = mesh_.vertices[b];
     const Vertex& vc = mesh_.vertices[c];
-    const Vector3 pa = vector(va.position);
-    const Vector3 across = (vector(vb.position) - pa).cross(vector(vc.position) - pa);
-    if (across.dot(vector(va.normal) + vector(vb.normal) + vector(vc.normal)) < 0) std::swap(b, c);
+    const Vector3 pa = vector_of(va.position);
+    const Vector3 across = (vector_of(vb.position) - pa).cross(vector_of(vc.position) - pa);
+    const Vector3 normals = vector_of(va.normal) + vector_of(vb.normal) + vector_of(vc.normal);
+    if (across.dot(normals) < 0) std::swap(b, c);
     mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
   }
 
-  /// Of the vertices that follow.
+  /// Adds the looks of the vertices that were added last.
   void add_looks(const std::vector<LookVertex>& looks) {
     mesh_.looks.insert(mesh_.looks.end(), looks.begin(), looks.end());
   }
@@ -134,9 +132,8 @@ class Gatherer {
     part.low = Vector3::Constant(std::numeric_limits<double>::infinity());
     part.high = -part.low;
     for (std::size_t i = first_; i < mesh_.vertices.size(); ++i) {
-      const auto& p = mesh_.vertices[i].position;
-      part.low = part.low.cwiseMin(Vector3(p[0], p[1], p[2]));
-      part.high = part.high.cwiseMax(Vector3(p[0], p[1], p[2]));
+      part.low = part.low.cwiseMin(vector_of(mesh_.vertices[i].position));
+      part.high = part.high.cwiseMax(vector_of(mesh_.vertices[i].position));
     }
     part.begin = first_index_;
     part.end = mesh_.indices.size();
@@ -161,10 +158,8 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
     cofactors.col(i) = visual.linear.col((i + 1) % 3).cross(visual.linear.col((i + 2) % 3));
   }
   if (visual.linear.determinant() < 0) cofactors = -cofactors;
-  gatherer.start_part(visual.body,
-                      mesh.surface >= 0 && static_cast<std::size_t>(mesh.surface) < scene.surfaces.size()
-                          ? scene.surfaces[mesh.surface]
-                          : default_surface(visual.body));
+  const bool has_surface = mesh.surface >= 0 && mesh.surface < static_cast<int>(scene.surfaces.size());
+  gatherer.start_part(visual.body, has_surface ? scene.surfaces[mesh.surface] : default_surface(visual.body));
   std::uint32_t first = 0;
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;
@@ -205,8 +200,7 @@ void add_rings(Gatherer& gatherer, int sectors, const std::vector<Ring>& rings, 
   }
 }
 
-/// A profile of points (radius, y) from top to bottom, turned about the Y axis, each with the normal that it
-/// has in the profile's plane.
+/// A point of a profile that is turned about the Y axis, with its normal in the profile's plane.
 struct ProfilePoint {
   double radius;
   double y;
@@ -224,7 +218,7 @@ void add_revolved(Gatherer& gatherer, const Pose& placement, const std::vector<P
   });
 }
 
-/// A ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
+/// Adds a ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
 void add_round(Gatherer& gatherer, const Pose& placement, double radius, double half_length) {
   constexpr int rings = 24;  // even: the equator is doubled
   std::vector<ProfilePoint> profile;

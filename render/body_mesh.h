@@ -20,7 +20,7 @@ struct Vertex {
   float roughness;
 };
 
-/// What a vertex has beside, in a buffer of its own, for surfaces with more than a colour.
+/// Further attributes of a vertex, in a second buffer, for surfaces with more than a colour.
 struct LookVertex {
   std::array<float, 4> coordinates{};      ///< two sets
   std::array<float, 4> color{1, 1, 1, 1};  ///< linear RGBA
@@ -37,7 +37,7 @@ std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
 /// Returns whether drawing the scene needs more than a colour and a finish for each surface.
 bool needs_looks(const Scene& scene);
 
-/// One visual, or one collider of a body without visuals: its box in the body frame.
+/// The bounding box, in the body frame, of a visual or of a collider of a body without visuals.
 struct Part {
   int body = world_body;
   Vector3 low = Vector3::Zero();
@@ -68,8 +68,7 @@ struct BodyMesh {
   /// Body i has the indices from begin[i] up to begin[i + 1].
   std::vector<std::size_t> begin;
   std::vector<Part> parts;
-  /// Where the scene needs more than vertices have, needs_looks(): of each vertex, and what is drawn with
-  /// which surface; else empty.
+  /// Further attributes of each vertex, submeshes and their surfaces; empty where needs_looks() is false.
   std::vector<LookVertex> looks;
   std::vector<Piece> pieces;
   std::vector<Surface> surfaces;

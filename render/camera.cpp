@@ -79,7 +79,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
     low_eye = glm::min(low_eye, glm::dvec2(p) + p.z * tangents);
     high_eye = glm::max(high_eye, glm::dvec2(p) - p.z * tangents);
   };
-  // Of a whole run, a hundred frames say where its bodies go.
+  // A hundred frames of a run show where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
   constexpr double farthest = 1000;
   Vector3 low = Vector3::Constant(infinite);
@@ -105,7 +105,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
     }
   }
   if (!(low_eye.x < infinite)) {
-    // With nothing to be seen look at the origin.
+    // Look at the origin of an empty scene.
     const Part nothing{.low = -Vector3::Ones(), .high = Vector3::Ones()};
     for (const Vector3& corner : nothing.corners_at({})) include(corner);
   }
@@ -126,7 +126,7 @@ View stepped_back(const View& view, std::span<const Part> parts,
   const auto is_shown = [&](const glm::dvec3& p) {
     return std::abs(p.x) < p.z * view.tangent_x && std::abs(p.y) < p.z * view.tangent_y;
   };
-  // As wide as a film is: a panel of another shape shows no other scene.
+  // Take a film's width: a panel of another shape shows the same scene.
   const double widest = std::max(view.tangent_x, 16.0 / 9 * view.tangent_y);
   std::vector<const Part*> held;
   Vector3 middle = Vector3::Zero();

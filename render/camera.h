@@ -1,5 +1,5 @@
 #pragma once
-/// From where a scene is seen.
+/// Views of a scene.
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -21,7 +21,7 @@ struct View {
   glm::dvec3 forward{0, 0, -1};
   double tangent_x = 1;  ///< of half the horizontal field of view
   double tangent_y = 1;
-  /// Where the picture's middle is, as tangents from `forward`: 0 but in a part of a picture.
+  /// Tangents from `forward` to the picture's middle: 0 but in a part of a picture.
   double shift_x = 0;
   double shift_y = 0;
 

@@ -13,19 +13,6 @@
 #include "sim/math/rotation.h"
 
 namespace substep::render {
-namespace {
-
-/// Is never destroyed, since at the end of the process the driver may end first.
-struct Pool {
-  std::mutex mutex;
-  std::vector<std::unique_ptr<Device>> devices;
-};
-Pool& pool() {
-  static Pool* const devices = new Pool;
-  return *devices;
-}
-
-}  // namespace
 
 Device::Device() {
   const Context::Current current(context);
@@ -153,24 +140,17 @@ void set_lamps(GLuint program, const Lamps& lamps) {
   }
 }
 
-Device& take_device() {
+std::shared_ptr<Device> take_device() {
+  // The pool is never destroyed, since at the end of the process the driver may end first.
+  static auto& devices = *new std::vector<std::shared_ptr<Device>>;
+  static std::mutex mutex;
   // Two threads keep a device busy: one draws while the other composes frames, or writes them.
   const std::size_t most = std::max(1U, std::thread::hardware_concurrency() / 2);
-  Pool& all = pool();
-  const std::lock_guard lock(all.mutex);
-  const auto users = [](const std::unique_ptr<Device>& device) { return device->users; };
-  auto least = std::ranges::min_element(all.devices, {}, users);
-  if (least == all.devices.end() || ((*least)->users > 0 && all.devices.size() < most)) {
-    all.devices.push_back(std::make_unique<Device>());
-    least = all.devices.end() - 1;
-  }
-  ++(*least)->users;
-  return **least;
-}
-
-void give_back(Device& device) {
-  const std::lock_guard lock(pool().mutex);
-  --device.users;
+  const std::lock_guard lock(mutex);
+  const auto users = [](const std::shared_ptr<Device>& device) { return device.use_count() - 1; };
+  const auto least = std::ranges::min_element(devices, {}, users);
+  if (least != devices.end() && (users(*least) == 0 || devices.size() >= most)) return *least;
+  return devices.emplace_back(std::make_shared<Device>());
 }
 
 }  // namespace substep::render

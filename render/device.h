@@ -23,7 +23,6 @@ namespace substep::render {
 
 struct Device {
   Context context;
-  int users = 0;            ///< renderers; take_device() counts them
   GLuint disc = 0;          ///< vertex array of the ground
   int disc_vertices = 0;    ///< the centre, the corners, and the first corner again
   GLuint nothing = 0;       ///< vertex array for programs without attributes
@@ -62,7 +61,6 @@ void set_surface(GLuint program, const Surface& surface, const std::array<BoundT
 void set_lamps(GLuint program, const Lamps& lamps);
 
 /// Returns the device with the fewest users, or a new one. Any thread.
-Device& take_device();
-void give_back(Device& device);
+std::shared_ptr<Device> take_device();
 
 }  // namespace substep::render

@@ -1,5 +1,5 @@
 #pragma once
-/// Files that are part of the program, so that it needs none where it runs.
+/// Files embedded in the program.
 
 #include <string_view>
 

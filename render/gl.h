@@ -33,7 +33,7 @@
   X(glGetString) X(glGetUniformBlockIndex) X(glGetUniformLocation) X(glLinkProgram) X(glPolygonOffset) \
   X(glReadBuffer) X(glReadPixels) X(glRenderbufferStorage) X(glSamplerParameterfv) X(glSamplerParameteri) \
   X(glScissor) X(glShaderSource) X(glTexImage2D) X(glTexSubImage2D) X(glUniform1f) \
-  X(glUniform1i) X(glUniform2f) X(glUniform4f) X(glUniform4fv) X(glUniformBlockBinding) \
+  X(glUniform1i) X(glUniform2f) X(glUniform4fv) X(glUniformBlockBinding) \
   X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
 // clang-format on
 

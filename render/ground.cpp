@@ -34,7 +34,7 @@ Hold hold_of(const Scene& scene, std::size_t fixed) {
   hold.point = first.body_a == world_body ? first.frame_a.position : first.frame_b.position;
   hold.reach.assign(scene.joints.size(), std::numeric_limits<double>::infinity());
   hold.reach[fixed] = 0;
-  // From joint to joint over the body that both hold, until nothing gets shorter.
+  // Step from joint to joint over the body that both hold, until nothing gets shorter.
   for (bool shorter = true; shorter;) {
     shorter = false;
     for (std::size_t from = 0; from < scene.joints.size(); ++from) {
@@ -65,7 +65,8 @@ double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
   const Vector3 below_q = q - b * Vector3::UnitY();
   if ((below_p - q).norm() <= b) return below_p.y();
   if ((below_q - p).norm() <= a) return below_q.y();
-  // On the circle in which the two balls' surfaces meet; where they do not, on the line between them.
+  // Take the lowest point of the circle in which the two balls' surfaces meet; where they do not, one on the
+  // line between them.
   const double along = std::clamp((a * a - b * b + apart * apart) / (2 * apart), 0.0, apart);
   const double radius = std::sqrt(std::max(a * a - along * along, 0.0));
   const double upright = between.y() / apart;

@@ -1,5 +1,5 @@
 #pragma once
-/// The ground: where it lies, and what stands close to it.
+/// The height of the ground, and the skylight that reaches it.
 
 #include <span>
 #include <vector>
@@ -10,13 +10,14 @@
 
 namespace substep::render {
 
-/// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world
-/// where it is below all bodies at the start; else low enough for all that joints hold to the world to swing
-/// above it. It follows from the scene alone: all runs of it, and all their frames, stand on the same ground.
+/// Returns the height of the world's horizontal plane; in a scene without one, that of the lowest thing of
+/// the world where it is below all bodies at the start; else low enough for all that joints hold to the world
+/// to swing above it. It follows from the scene alone: all runs of it, and all their frames, stand on the
+/// same ground.
 double ground_height(const Scene& scene, std::span<const Part> parts);
 
-/// What stands above a square piece of the ground: of each cell, the least and the greatest height of
-/// surfaces over it, m; where there is none, the greatest is below 0. Rows along x.
+/// The least and the greatest height, m, of surfaces over each cell of a square piece of the ground; where
+/// there is none, the greatest is below 0. Rows along x.
 struct Relief {
   static constexpr int size = 128;
   double width = 1;  ///< m, of the square
@@ -24,9 +25,8 @@ struct Relief {
   std::vector<float> highest = std::vector<float>(static_cast<std::size_t>(size) * size, -1.0F);
 };
 
-/// Part of the sky's light that reaches the ground at the cells' centres, 0–1. All between a cell's two
-/// heights counts as filled. What the ground and the bodies reflect to each other lets no place be darker
-/// than `ambient_floor`.
+/// Returns the fraction of the sky's light that reaches the ground at the cells' centres. All between a
+/// cell's two heights counts as filled. Reflections between ground and bodies leave at least `ambient_floor`.
 std::vector<float> ground_openness(const Relief& relief);
 inline constexpr float ambient_floor = 0.25F;
 

@@ -9,7 +9,7 @@
 
 namespace substep::render {
 
-/// On white, and what stands for it on dark ground; as #rrggbb.
+/// A colour on white, and its counterpart on a dark background, as #rrggbb.
 struct Ink {
   const char* light;
   const char* dark;
@@ -29,13 +29,14 @@ inline constexpr std::array<Ink, 11> inks{{{"#222222", "#e6e6e6"},
                                            {"#3300ff", "#8a7bff"},
                                            {"#7766ff", "#c4bcff"}}};
 
-/// Index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion; Soft Step purple, AVBD sky.
+/// Returns the index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion; Soft Step purple, AVBD
+/// sky.
 constexpr int hue_of(Algorithm algorithm) {
   return static_cast<int>(algorithm);
 }
 
-/// Index of `inks`, one an engine: Bullet brown, ODE sky, MuJoCo violet, MuJoCo 3 lavender; Jolt and Rapier
-/// have the inks of A2 and A4, which are seldom beside them. Commands are grey.
+/// Returns the index of `inks` of an engine: Bullet brown, ODE sky, MuJoCo violet, MuJoCo 3 lavender; Jolt
+/// and Rapier have the inks of A2 and A4, which are seldom beside them. Commands are grey.
 constexpr int hue_of_engine(std::string_view name) {
   if (name.starts_with("jolt")) return 1;
   if (name.starts_with("rapier")) return 3;

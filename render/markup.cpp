@@ -1,26 +1,22 @@
 #include "render/markup.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 namespace substep::render {
 
 std::string escaped(std::string_view text) {
+  static constexpr std::array<std::pair<char, std::string_view>, 4> entities{
+      {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}}};
   std::string result;
   for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else if (byte < 0x20 && c != '\n' && c != '\t') {
-      result += ' ';
+    const auto entity = std::ranges::find(entities, c, &std::pair<char, std::string_view>::first);
+    const bool is_control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
+    if (entity != entities.end()) {
+      result += entity->second;
     } else {
-      result += c;
+      result += is_control ? ' ' : c;
     }
   }
   return result;

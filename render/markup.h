@@ -8,11 +8,12 @@
 
 namespace substep::render {
 
-/// For content and for attributes in double quotes. Control characters, which XML cannot have, become spaces.
+/// Escapes text for content and for attributes in double quotes. Control characters, which XML cannot have,
+/// become spaces.
 std::string escaped(std::string_view text);
 
-/// `page` with each content where it has the content's name between {{ and }}. Throws std::logic_error where
-/// it names another.
+/// Returns `page` with each content in place of its name between {{ and }}. Throws std::logic_error where the
+/// page names another.
 std::string filled(std::string_view page, const std::vector<std::pair<std::string, std::string>>& contents);
 
 }  // namespace substep::render

@@ -1,5 +1,5 @@
 #pragma once
-/// Where in a picture bodies can be seen at all, and where the ground can lie in their shade.
+/// The areas of a picture in which bodies can be visible, and those in which the ground can be shaded.
 
 #include <cstddef>
 #include <glm/mat3x3.hpp>

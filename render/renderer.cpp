@@ -32,7 +32,7 @@ TileSize size_of_tile(const RenderSettings& settings) {
   return {std::min(settings.width, side), std::min(settings.height, side)};
 }
 
-/// Returns whether the surface shines, lets light through or is darker in its crevices.
+/// Returns whether the surface emits or transmits light, or is darker in its crevices.
 bool shines_or_shades(const Surface& surface) {
   return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
          surface.textures[Surface::occlusion_texture].image >= 0;
@@ -72,11 +72,8 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
 }
 
 Renderer::Implementation::~Implementation() {
-  {
-    const Context::Current current(device->context);
-    objects.end();
-  }
-  give_back(*device);
+  const Context::Current current(device->context);
+  objects.end();
 }
 
 /// Chooses the view, and measures how far away the scene is: near and far planes and the ground's fading
@@ -100,7 +97,7 @@ void Renderer::Implementation::choose_view(const Scene& scene,
     farthest = std::max(farthest, std::min(distance + radius, 1e4));
   }
   focus = std::max(std::min(nearest, farthest), 0.1);
-  // One body that a run has lost must not stretch the shadow map until it shows nothing of the others.
+  // A lost body must not stretch the shadow map until it shows nothing of the others.
   sight = 3 * farthest;
 }
 

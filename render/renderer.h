@@ -16,10 +16,10 @@ namespace substep::render {
 /// environment is read once a process, and must be set before there are threads.
 void pin_renderer();
 
-/// "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6": part of what a golden was made with.
+/// Returns "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6": part of a golden's provenance.
 std::string renderer_description();
 
-/// Whether this is the renderer that the goldens are exact on.
+/// Returns whether goldens are exact on this renderer.
 bool is_pinned_renderer();
 
 struct RenderSettings {
@@ -47,17 +47,17 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
 
   const View& view() const;
-  /// Looks from elsewhere from now on.
+  /// Changes the view of the next pictures.
   void look(const View& view);
 
   /// Returns whether a point of a body moves in the picture by so many pixels between two sets of poses.
   bool moves_by(double pixels, std::span<const Coordinates> from, std::span<const Coordinates> to) const;
 
-  /// The frame with bodies at `poses` (one per body of the scene, the world first).
+  /// Draws the frame with bodies at `poses` (one per body of the scene, the world first).
   Image draw(std::span<const Coordinates> poses);
 
-  /// Each pixel's body as a colour (red + 256 green + 65536 blue = body index + 1; 0 is the sky): no light,
-  /// no anti-aliasing.
+  /// Draws each pixel's body as a colour (red + 256 green + 65536 blue = body index + 1; 0 is the sky): no
+  /// light, no anti-aliasing.
   Image draw_bodies(std::span<const Coordinates> poses);
 
  private:
@@ -65,9 +65,9 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The picture of the last of `moments` (poses of all bodies each, at least two), and in it the bodies where
-/// they were at the others, the lighter the earlier. Where moments cover each other, the later is seen.
-/// Throws Error where the picture is too large: its outlines are taken from one of twice its size.
+/// Draws the last of `moments` (poses of all bodies each, at least two), and in it the bodies of the others,
+/// the lighter the earlier. Later moments cover earlier ones. Throws Error where the picture is too large:
+/// its outlines are taken from one of twice its size.
 Image strobe(const Scene& scene, const RenderSettings& settings,
              std::span<const std::vector<Coordinates>> moments);
 

@@ -139,7 +139,7 @@ void Renderer::Implementation::draw_ground() const {
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-/// Draws ground and sky where the target's depth lets them through, within areas.
+/// Draws ground and sky within areas, behind the target's depth.
 void Renderer::Implementation::draw_surroundings(shaders::Shade shade, std::span<const Rectangle> within) {
   using Kind = shaders::Program::Kind;
   device->use({.kind = Kind::ground, .shade = shade, .looks = looks});

@@ -26,7 +26,7 @@ struct Renderer::Implementation {
   using Poses = std::span<const Coordinates>;
   enum class Bodies : char { all, of_world, moving };
 
-  Device* device = &take_device();
+  std::shared_ptr<Device> device = take_device();
   Objects objects;
   RenderSettings settings;
   BodyMesh mesh;
@@ -55,9 +55,9 @@ struct Renderer::Implementation {
   std::vector<char> backdrop_tiles;  ///< marks of those that are drawn
   std::vector<std::uint8_t> backdrop;
 
-  // Where surfaces have more than a colour.
+  // For surfaces with more than a colour.
   bool looks = false;
-  bool shines = false;  ///< some surface emits light, lets light through or is darker in its crevices
+  bool shines = false;  ///< some surface emits or transmits light, or is darker in its crevices
   SurfaceTextures textures;
   Lamps lamps;
   Surfaces kept;   ///< the world's, as seen with kept_view
@@ -65,7 +65,7 @@ struct Renderer::Implementation {
   bool has_kept = false;
   std::vector<Part> moving;      ///< of bodies, but for the world's
   std::vector<Rectangle> moved;  ///< where they were when last drawn
-  Layers layers;                 ///< where light passes through some
+  Layers layers;                 ///< of blended surfaces
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);

@@ -49,7 +49,7 @@ constexpr int one_surface = 255;
 /// A sample: its pixel, and its number there.
 struct Sample {
   std::size_t pixel;
-  int number;
+  int number;  ///< along the row, the lower row first
 
   Sample(const RenderedPixels& rendered, int x, int y)
       : pixel(std::size_t{1} * (y / rendered.samples) * rendered.width + x / rendered.samples),
@@ -81,74 +81,63 @@ LinearColor light_of(const std::uint8_t* code) {
   return {linear[code[0]], linear[code[1]], linear[code[2]]};
 }
 
+/// Folds three rows of bytes into one. A loop over pointers, of which a processor takes sixteen bytes at a
+/// time.
+template <typename Fold>
+void fold_rows(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, std::uint8_t* to,
+               std::size_t begin, std::size_t end, const Fold& fold) {
+  for (std::size_t i = begin; i < end; ++i) to[i] = fold(fold(a[i], b[i]), c[i]);
+}
+
 /// Finds the pixels of a row that with their neighbours are all of one surface each, of nearly one colour, or
 /// all without bodies.
 class EvenPixels {
  public:
   explicit EvenPixels(const RenderedPixels& rendered)
-      : rendered_(rendered), width_(4 * static_cast<std::size_t>(rendered.width)) {
-    for (std::vector<std::uint8_t>* bytes : {&low_, &high_, &all_, &any_}) bytes->resize(width_ + 8);
-    is_uneven_.resize(width_);
-    is_one_.resize(width_);
-    is_body_.resize(width_);
+      : rendered_(rendered), width_(std::size_t{4} * rendered.width), columns_(width_ + 8) {
+    for (std::vector<std::uint8_t>& bytes : blocks_) bytes.resize(width_);
   }
 
   /// Prepares is() for these pixels of this row.
   void look_at(int y, int first, int end) {
-    const std::uint8_t* const below = line(y - 1);
-    const std::uint8_t* const here = line(y);
-    const std::uint8_t* const above = line(y + 1);
-    // Loops over bytes, of which a processor takes sixteen at a time; by pointers of their own, as bytes that
-    // are written could be the vectors' own pointers.
-    std::uint8_t* const low = low_.data();
-    std::uint8_t* const high = high_.data();
-    std::uint8_t* const all = all_.data();
-    std::uint8_t* const any = any_.data();
-    const std::size_t begin = 4 * static_cast<std::size_t>(std::max(first - 1, 0));
-    const std::size_t width = std::min(4 * (static_cast<std::size_t>(end) + 1), width_);
-    for (std::size_t i = begin; i < width; ++i) low[i + 4] = std::min(std::min(below[i], here[i]), above[i]);
-    for (std::size_t i = begin; i < width; ++i) high[i + 4] = std::max(std::max(below[i], here[i]), above[i]);
-    for (std::size_t i = begin; i < width; ++i) all[i + 4] = below[i] & here[i] & above[i];
-    for (std::size_t i = begin; i < width; ++i) any[i + 4] = below[i] | here[i] | above[i];
-    for (std::uint8_t* const bytes : {low, high, all, any}) {
-      if (begin == 0) std::copy_n(bytes + 4, 4, bytes);
-      if (width == width_) std::copy_n(bytes + width, 4, bytes + width + 4);
-    }
-    constexpr std::uint8_t nearly = 16;  // an edge between such codes would be smoothed by 2 of them
-    std::uint8_t* const is_uneven = is_uneven_.data();
-    std::uint8_t* const is_one = is_one_.data();
-    std::uint8_t* const is_body = is_body_.data();
-    for (std::size_t i = begin; i < width; ++i) {
-      const std::uint8_t least = std::min(std::min(low[i], low[i + 4]), low[i + 8]);
-      const std::uint8_t most = std::max(std::max(high[i], high[i + 4]), high[i + 8]);
-      is_uneven[i] = static_cast<std::uint8_t>(most - least) > nearly ? 1 : 0;
-    }
-    for (std::size_t i = begin; i < width; ++i) is_one[i] = all[i] & all[i + 4] & all[i + 8];
-    for (std::size_t i = begin; i < width; ++i) is_body[i] = any[i] | any[i + 4] | any[i + 8];
+    using Byte = std::uint8_t;
+    fold_around(y, first, end, least, [](Byte a, Byte b) { return std::min(a, b); });
+    fold_around(y, first, end, most, [](Byte a, Byte b) { return std::max(a, b); });
+    fold_around(y, first, end, all, [](Byte a, Byte b) { return static_cast<Byte>(a & b); });
+    fold_around(y, first, end, any, [](Byte a, Byte b) { return static_cast<Byte>(a | b); });
   }
 
   bool is(std::size_t x) const {
-    const std::size_t i = 4 * x;
-    if (is_body_[i + 3] == 0) return true;
-    return is_one_[i + 3] == one_surface && (is_uneven_[i] | is_uneven_[i + 1] | is_uneven_[i + 2]) == 0;
+    if (blocks_[any][4 * x + 3] == 0) return true;
+    constexpr int nearly = 16;  // an edge between such codes would be smoothed by 2 of them
+    const auto is_even = [&](std::size_t i) { return blocks_[most][i] - blocks_[least][i] <= nearly; };
+    return blocks_[all][4 * x + 3] == one_surface && is_even(4 * x) && is_even(4 * x + 1) &&
+           is_even(4 * x + 2);
   }
 
  private:
+  enum { least, most, all, any };
+
+  /// Folds each pixel with its eight neighbours.
+  template <typename Fold>
+  void fold_around(int y, int first, int end, std::size_t kind, const Fold& fold) {
+    const std::size_t begin = std::size_t{4} * std::max(first - 1, 0);
+    const std::size_t width = std::min(4 * (std::size_t{1} + end), width_);
+    std::uint8_t* const columns = columns_.data();
+    fold_rows(line(y - 1), line(y), line(y + 1), columns + 4, begin, width, fold);
+    if (begin == 0) std::copy_n(columns + 4, 4, columns);
+    if (width == width_) std::copy_n(columns + width, 4, columns + width + 4);
+    fold_rows(columns, columns + 4, columns + 8, blocks_[kind].data(), begin, width, fold);
+  }
+
   const std::uint8_t* line(int y) const {
-    return &rendered_.first[static_cast<std::size_t>(std::clamp(y, 0, rendered_.height - 1)) * width_];
+    return &rendered_.first[std::clamp(y, 0, rendered_.height - 1) * width_];
   }
 
   const RenderedPixels& rendered_;
-  std::size_t width_;  ///< bytes
-  // Over a pixel and those below and above it; with one more pixel at each end.
-  std::vector<std::uint8_t> low_;
-  std::vector<std::uint8_t> high_;
-  std::vector<std::uint8_t> all_;
-  std::vector<std::uint8_t> any_;
-  // Over those beside it too.
-  std::vector<std::uint8_t> is_uneven_;
-  std::vector<std::uint8_t> is_one_;
-  std::vector<std::uint8_t> is_body_;
+  std::size_t width_;                                ///< bytes
+  std::vector<std::uint8_t> columns_;                ///< over three rows, with one more pixel at each end
+  std::array<std::vector<std::uint8_t>, 4> blocks_;  ///< over three rows and columns
 };
 
 /// Copies pixels of a row, from `begin` up to the one before `end`, without their alpha.
@@ -166,30 +155,27 @@ struct BodySpan {
 
 std::vector<BodySpan> body_spans(const RenderedPixels& rendered) {
   std::vector<BodySpan> spans;
-  std::size_t pixel = 0;
-  for (int y = 0; y < rendered.height; ++y, pixel += static_cast<std::size_t>(rendered.width)) {
+  for (int y = 0; y < rendered.height; ++y) {
+    const std::size_t row = std::size_t{1} * y * rendered.width;
+    const auto is_empty = [&](int x) { return bits_of(rendered, row + x) == 0; };
     BodySpan span{0, rendered.width};
-    while (span.begin < span.end && bits_of(rendered, pixel + static_cast<std::size_t>(span.begin)) == 0)
-      ++span.begin;
-    while (span.begin < span.end && bits_of(rendered, pixel + static_cast<std::size_t>(span.end - 1)) == 0)
-      --span.end;
+    while (span.begin < span.end && is_empty(span.begin)) ++span.begin;
+    while (span.begin < span.end && is_empty(span.end - 1)) --span.end;
     spans.push_back(span);
   }
   return spans;
 }
 
-/// The pixels that samples of bodies in this row and the two beside it take part in.
+/// Returns the pixels that samples of bodies in this row and the two beside it take part in.
 BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
   BodySpan result{width, 0};
   const int last = static_cast<int>(spans.size()) - 1;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, last); ++v) {
-    const BodySpan& span = spans[v];
-    if (span.begin == span.end) continue;
-    result.begin = std::min(result.begin, std::max(span.begin - 1, 0));
-    result.end = std::max(result.end, std::min(span.end + 1, width));
+    if (spans[v].begin == spans[v].end) continue;
+    result.begin = std::min(result.begin, std::max(spans[v].begin - 1, 0));
+    result.end = std::max(result.end, std::min(spans[v].end + 1, width));
   }
-  if (result.begin > result.end) return {0, 0};
-  return result;
+  return result.begin < result.end ? result : BodySpan{};
 }
 
 // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'

@@ -1,5 +1,5 @@
 #pragma once
-/// From the pixels that were drawn to the picture.
+/// Averages rendered samples to the pixels of a picture.
 
 #include <array>
 #include <cstdint>

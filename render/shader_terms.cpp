@@ -79,7 +79,7 @@ vec3 film(vec3 radiance) {
   return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-/// The same as a code.
+/// The filmic curve as an sRGB code.
 vec3 display(vec3 radiance) {
   return srgb(film(radiance));
 }
@@ -143,7 +143,7 @@ vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
   float distance2 = max(dot(way, way), 1e-8);
   towards = way * (1.0 / sqrt(distance2));
   float cone = clamp(dot(light_axes[i].xyz, towards) * light_cones[i].x + light_cones[i].y, 0.0, 1.0);
-  // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
+  // The light fades to nothing at the end of its range, and only in the last part of it.
   float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
   float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
   return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
@@ -205,6 +205,18 @@ vec2 turned_on(vec2 direction) {
   return vec2(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
 }
 
+/// The slope of z in the map along a surface with unit normal n: z changes by slope · offset.
+vec2 slope_in_map(mat4 map, vec3 n, vec2 place, float w, float map_depth) {
+  vec4 plane = map * vec4(n, 0.0);
+  plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
+  // A lamp's rays are not parallel.
+  float along_ray = KEY.w > 0.5 ? (plane.w + dot(place - 0.5, plane.xy)) * w * shadow_scale.z
+                                : plane.z * square(shadow_scale.z);
+  vec2 slope = -plane.xy / min(along_ray, -1e-6);
+  float steepest = 8.0 / (shadow_scale.x / w * map_depth);
+  return clamp(slope, vec2(-steepest), vec2(steepest));
+}
+
 /// Part of the key light that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
@@ -227,16 +239,7 @@ float key_light(vec3 position, vec3 n) {
   vec2 outside = abs(place.xy - 0.5);
   bool inside = max(outside.x, outside.y) < 0.5 && seen.w > 0.0 && shadow_scale.w > 0.5;
   float nearest = textureLod(shadow_nearest, place.xy, 0.0).r;
-
-  // The surface's plane in the map: z changes by slope · offset.
-  vec4 plane = map * vec4(n, 0.0);
-  plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
-  // A lamp's rays are not parallel.
-  float along_ray = KEY.w > 0.5 ? (plane.w + dot(place.xy - 0.5, plane.xy)) * seen.w * shadow_scale.z
-                                : plane.z * square(shadow_scale.z);
-  vec2 slope = -plane.xy / min(along_ray, -1e-6);
-  float steepest = 8.0 / (per_metre * map_depth);
-  slope = clamp(slope, vec2(-steepest), vec2(steepest));
+  vec2 slope = slope_in_map(map, n, place.xy, seen.w, map_depth);
 
   float search = min((place.z - nearest) * map_depth * spread * per_metre, widest);
   search = max(search, 1.5 * texel);
@@ -312,7 +315,7 @@ uniform sampler2D normal_texture;
 uniform sampler2D occlusion_texture;
 uniform sampler2D emission_texture;
 
-/// Where in the role's image the surface is, of whose coordinates `places` has both sets.
+/// The coordinates in the role's image of a surface; `places` has both sets of its coordinates.
 vec2 place_in_image(int role, vec4 places) {
   vec2 place = image_offsets[role].z > 0.5 ? places.zw : places.xy;
   return vec2(dot(image_turns[role].xy, place), dot(image_turns[role].zw, place)) + image_offsets[role].xy;

@@ -5,11 +5,11 @@
 namespace substep::render::shaders {
 namespace {
 
-/// With SUNLIT, outside of shadows; with OPEN, where no body takes skylight from it either.
+/// The ground: with SUNLIT, outside of shadows; with OPEN, also where no body hides the sky.
 const char* const ground_glsl = R"(
 out vec4 code;
 
-/// Where the ray through a pixel meets the ground.
+/// The point at which the ray through a pixel meets the ground.
 vec2 hit(vec2 pixel) {
   vec3 ray = ray_corner.xyz + pixel.x * ray_right.xyz + pixel.y * ray_up.xyz;
   return eye.xz + ray.xz * ((ground_color.w - eye.y) / min(ray.y, -1e-7));

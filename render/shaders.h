@@ -14,7 +14,7 @@ namespace substep::render::shaders {
 /// Functions for sky, ground, scattered light and the film's curve, with LOOKS also for lamps. Shared with
 /// WebGL, which declares to_sun and key, and sun, zenith, horizon and bounce as vectors of three components.
 extern const char* const optics_glsl;
-/// What textures make of a surface, with the uniforms that Device::set_surface() sets. Shared with WebGL.
+/// Functions for textured surfaces, with the uniforms that set_surface() sets. Shared with WebGL.
 extern const char* const looks_glsl;
 
 /// The block Frame, the same for all pixels of a frame, with the layout of FrameUniforms.

@@ -2,10 +2,9 @@
 
 namespace substep::render::shaders {
 
-/// Returns the light of a pixel's samples, which is computed once for those of one face. Where
-/// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
-/// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
-/// With NO_SUN, in the light of lamps and sky.
+/// The light of a pixel's samples, which is computed once for those of one face. Up to two surfaces are kept
+/// separate. With LOOKS, surfaces have more than a colour, and lamps shine; with SHINES, surfaces emit light,
+/// have crevices or transmit light; with NO_SUN, only lamps and sky shine.
 const char* const shading_glsl = R"(
 uniform sampler2D sample_depth;
 uniform isampler2D packed_surfaces;
@@ -98,7 +97,14 @@ vec3 lighted(Surface surface) {
 #endif
 }
 
-void main() {
+// The four samples of the pixel.
+Surface seen[4];
+bool is_body[4];
+float away[4];   // along the ray
+vec4 unlike[4];  // how unlike each is to the others
+
+/// Reads the samples, and returns the metres between pixels at the first body's.
+float see_samples() {
   int side = int(eye.w);
   ivec2 corner = ivec2(gl_FragCoord.xy) * side;
   // Repeat a sample that is alone.
@@ -112,37 +118,30 @@ void main() {
                          middle + across + along);
   float pixel = length(ray_up.xyz);  // a metre from the eye
   float above = eye.y - ground_color.w;
-
-  bool is_body[4];
-  float away[4];
-  int bodies = 0;
   for (int i = 0; i < 4; ++i) {
     float depth = texelFetch(sample_depth, places[i], 0).r;
     away[i] = depth_terms.x / (depth_terms.y - depth);
-    // The ground hides what lies behind it, and gives way to what the scene draws at its height.
+    // The ground hides what lies behind it, but not what the scene draws at its height.
     float height = (above + away[i] * rays[i].y) * sign(above);
     is_body[i] = depth < 1.0 && height > -0.5 * pixel * away[i];
 #ifdef LOOKS
     is_body[i] = is_body[i] && texelFetch(packed_surfaces, places[i], 0) != ivec4(0);
 #endif
-    bodies += is_body[i] ? 16 << i : 0;
-  }
-
-  Surface seen[4];
-  for (int i = 0; i < 4; ++i) {
     seen[i].position = eye.xyz + (is_body[i] ? away[i] : 1.0) * rays[i];
     unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
 #ifdef SHINES
-    // Where nothing was drawn these may be no numbers, which 0 times does not end.
+    // Undrawn samples may be no numbers, which a product with 0 would keep.
     seen[i].shine = is_body[i] ? texelFetch(emission_alpha, places[i], 0) : vec4(0.0);
     seen[i].crevice = is_body[i] ? texelFetch(crevices, places[i], 0).r : 0.0;
 #endif
   }
   float away_first = away[3];
   for (int i = 2; i >= 0; --i) away_first = is_body[i] ? away[i] : away_first;
-  float pixels = 1.0 / (pixel * away_first);
-  // Each pair once, without loops, which the compiler would not lay out.
-  vec4 unlike[4];
+  return pixel * away_first;
+}
+
+/// Compares each pair of samples once, without loops, which the compiler would not unroll.
+void compare_samples(float pixels) {
   for (int i = 0; i < 4; ++i) unlike[i][i] = min(10.0 - 10.0 * dot(seen[i].normal.xyz, seen[i].normal.xyz), 2.0);
   compare(seen[0], seen[1], pixels, unlike[0].y, unlike[1].x);
   compare(seen[0], seen[2], pixels, unlike[0].z, unlike[2].x);
@@ -150,8 +149,10 @@ void main() {
   compare(seen[1], seen[2], pixels, unlike[1].z, unlike[2].y);
   compare(seen[1], seen[3], pixels, unlike[1].w, unlike[3].y);
   compare(seen[2], seen[3], pixels, unlike[2].w, unlike[3].z);
+}
 
-  // The first body's surface, and that which is most unlike it.
+/// Returns which samples, as bits, belong to the first body's surface rather than to the one most unlike it.
+int samples_of_first() {
   vec4 to_one = unlike[3];
   for (int i = 2; i >= 0; --i) to_one = is_body[i] ? unlike[i] : to_one;
   vec4 to_other = to_one;
@@ -173,8 +174,17 @@ void main() {
     bool is_one = is_body[i] && (farthest == 1.0 || to_one[i] < to_other[i]);
     of_first += is_one ? 1 << i : 0;
   }
-  // Face by face: first of those samples that are left, and all like it. A rasteriser without branches goes once
-  // more through a loop that is left at its head.
+  return of_first;
+}
+
+void main() {
+  float pixel = see_samples();
+  compare_samples(1.0 / pixel);
+  int bodies = 0;
+  for (int i = 0; i < 4; ++i) bodies += is_body[i] ? 16 << i : 0;
+  int of_first = samples_of_first();
+  // Light face by face: the first of the samples that are left, and all like it. A rasteriser without branches
+  // runs a loop that is left at its head once more.
   int left = bodies / 16;
   vec4 lights[2] = vec4[2](vec4(0.0), vec4(0.0));
   do {
@@ -200,7 +210,7 @@ void main() {
   for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
   second = vec4(codes[1], 1.0);
-  // Ground and sky are drawn where they are seen.
+  // Ground and sky are drawn where they are visible.
   gl_FragDepth = bodies == 240 ? 0.0 : 1.0;
 }
 )";

@@ -24,9 +24,9 @@ struct Bounds {
 
 constexpr double room = 1.1;  // so that penumbrae lie within the map
 
-/// Two axes across the ray, and the ray.
+/// Returns two axes across the ray, and the ray.
 std::array<glm::dvec3, 3> axes_along(const glm::dvec3& ray) {
-  // Any axes across the ray do; these do not spin while the sun passes near an axis of the world.
+  // These axes across the ray do not spin while the sun passes near an axis of the world.
   const glm::dvec3 helper = std::abs(ray.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
   const glm::dvec3 right = glm::normalize(glm::cross(ray, helper));
   return {right, glm::cross(right, ray), ray};

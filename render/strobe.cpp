@@ -5,7 +5,8 @@
 namespace substep::render {
 namespace {
 
-/// How much of a pixel bodies cover, of 4: its samples in a picture of twice its size that are not the world.
+/// Returns how many of a pixel's four samples, in a picture of twice its size, bodies cover that are not the
+/// world.
 int covered(const Image& bodies, int x, int y) {
   int count = 0;
   for (const int row : {2 * y, 2 * y + 1}) {
@@ -18,7 +19,7 @@ int covered(const Image& bodies, int x, int y) {
   return count;
 }
 
-/// `over`, where `bodies` are, over `image`.
+/// Blends `over` into `image` where bodies are.
 void lay(Image& image, const Image& over, const Image& bodies, double strength) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {

@@ -23,7 +23,7 @@ namespace {
 
 using Color = std::array<std::uint8_t, 3>;
 
-/// Number of distinct horizontal positions of a glyph within a pixel.
+/// The number of distinct horizontal positions of a glyph within a pixel.
 constexpr int subpixels = 4;
 
 struct Glyph {
@@ -45,7 +45,7 @@ class Font {
 
   int index(int codepoint) const { return stbtt_FindGlyphIndex(&info_, codepoint); }
   float scale(double size) const { return stbtt_ScaleForPixelHeight(&info_, static_cast<float>(size)); }
-  /// In the font's units.
+  /// Returns a glyph's advance in the font's units.
   int advance(int glyph) const {
     int width = 0;
     int bearing = 0;

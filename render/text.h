@@ -15,7 +15,7 @@ struct TextStyle {
   bool monospaced_digits = true;  ///< so that counting numbers do not dance
 };
 
-/// Width in pixels of UTF-8 `text` (Greek, ° × → − and the like are in the font).
+/// Returns the width in pixels of UTF-8 `text` (Greek, ° × → − and the like are in the font).
 double text_width(std::string_view text, const TextStyle& style);
 
 /// Draws with the baseline's left end at (x, y), blended; clips at the image's border.
@@ -25,7 +25,7 @@ void draw_text(Image& image, double x, double y, std::string_view text, const Te
 void fill_rectangle(Image& image, int x, int y, int width, int height, std::array<std::uint8_t, 3> color,
                     double alpha = 1);
 
-/// An anti-aliased line, width in pixels. Clips.
+/// Draws an anti-aliased line, width in pixels. Clips.
 void draw_line(Image& image, double x0, double y0, double x1, double y1, double width,
                std::array<std::uint8_t, 3> color, double alpha = 1);
 

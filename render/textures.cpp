@@ -118,7 +118,7 @@ std::array<GLint, 4> sampling_of(const Texture& texture) {
 }
 
 SurfaceTextures::SurfaceTextures(Objects& objects, const Scene& scene, const std::vector<Surface>& surfaces) {
-  // One white texel, which as a normal is straight up.
+  // Upload one white texel, which as a normal is straight up.
   for (const bool is_light : {true, false}) {
     textures_[{-1, is_light}].texture = upload(objects, first_level({1, 1, {255, 255, 255, 255}}, is_light));
   }

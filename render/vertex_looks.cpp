@@ -9,12 +9,12 @@ namespace {
 
 using Pair = std::array<float, 2>;
 
-/// The change of a triangle's places with each of its coordinates: along the first and the second.
+/// The derivatives of positions in a triangle by its two coordinates.
 struct Slopes {
   Vector3 along = Vector3::Zero();
   Vector3 across = Vector3::Zero();
   double area = 0;      ///< of the triangle, m²
-  double in_units = 0;  ///< of what its coordinates span
+  double in_units = 0;  ///< area in coordinates
 };
 
 Slopes slopes_of(const Vector3& a, const Vector3& b, const Vector3& c, const Pair& ta, const Pair& tb,
@@ -35,7 +35,7 @@ Slopes slopes_of(const Vector3& a, const Vector3& b, const Vector3& c, const Pai
   return slopes;
 }
 
-/// Any direction square to a unit vector.
+/// Returns any unit vector square to a unit vector.
 Vector3 beside(const Vector3& normal) {
   const Vector3 other = std::abs(normal.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
   return (other - normal * normal.dot(other)).normalized();

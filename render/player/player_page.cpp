@@ -86,12 +86,8 @@ double side_of(const View& view, std::span<const Part> parts,
 
 /// Returns the film's camera, and the point before it that the page's camera turns about.
 Json view_of(const Scene& scene, const Comparison& comparison, std::span<const Part> parts) {
-  RenderSettings settings;
-  settings.width = 320;
-  settings.height = 180;
-  settings.steps_back = true;
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
-  const View view = Renderer(scene, settings, seen).view();
+  const View view = Renderer(scene, {.width = 320, .height = 180, .steps_back = true}, seen).view();
   const Vector3 eye = vector(view.eye);
   const double distance = std::max((middle_of(scene) - eye).dot(vector(view.forward)), 0.1);
   return {{"eye", list(eye)},

@@ -194,10 +194,7 @@ Image poster_of(const Scene& scene, const Comparison& comparison) {
     if (k < run.poses.size()) poses = run.poses[k];
   }
   if (comparison.reference && k < comparison.reference->known) poses = comparison.reference->poses[k];
-  RenderSettings settings;
-  settings.width = 640;
-  settings.height = 360;
-  settings.steps_back = true;
+  const RenderSettings settings{.width = 640, .height = 360, .steps_back = true};
   return Renderer(scene, settings, seen_frames(scene, comparison)).draw(poses);
 }
 

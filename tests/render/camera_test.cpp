@@ -22,27 +22,43 @@ glm::dvec3 project(const View& view, const Vector3& point) {
   return glm::dvec3(clip) / clip.w;
 }
 
-View automatic(const Scene& scene, const Frames& frames, double its_aspect = aspect) {
-  return automatic_view(gather_body_mesh(scene).parts, frames, its_aspect);
-}
+/// Views of three shapes, of which a test may change scene and frames.
+class AutomaticView : public testing::Test {
+ protected:
+  View view(double its_aspect = aspect) const {
+    return automatic_view(gather_body_mesh(scene_).parts, frames_, its_aspect);
+  }
 
-/// Returns how far from the picture's middle any corner gets of parts that are within 100 m.
-double farthest_from_middle(const View& view, const Scene& scene, const Frames& frames) {
-  const BodyMesh mesh = gather_body_mesh(scene);
-  double farthest = 0;
-  for (const auto& poses : frames) {
-    for (const Part& part : mesh.parts) {
-      const Coordinates& q = poses[part.body];
-      if (is_scenery(part, mesh.parts) || !(q.linear.norm() < 100)) continue;
-      for (const Vector3& corner : part.corners_at(q)) {
-        const glm::dvec3 p = project(view, corner);
-        farthest = std::max({farthest, std::abs(p.x), std::abs(p.y)});
-        EXPECT_LT(std::abs(p.z), 1);
+  View stepped_back_from(const View& near) const {
+    return stepped_back(near, gather_body_mesh(scene_).parts, frames_);
+  }
+
+  /// Adds a frame like the first.
+  std::vector<Coordinates>& add_frame() { return frames_.emplace_back(start_of(scene_)); }
+
+  /// Returns how far from the picture's middle any corner gets of parts that are within 100 m.
+  double farthest_from_middle(const View& seen) const {
+    const BodyMesh mesh = gather_body_mesh(scene_);
+    double farthest = 0;
+    for (const auto& poses : frames_) {
+      for (const Part& part : mesh.parts) {
+        const Coordinates& q = poses[part.body];
+        if (is_scenery(part, mesh.parts) || !(q.linear.norm() < 100)) continue;
+        for (const Vector3& corner : part.corners_at(q)) {
+          const glm::dvec3 p = project(seen, corner);
+          farthest = std::max({farthest, std::abs(p.x), std::abs(p.y)});
+          EXPECT_LT(std::abs(p.z), 1);
+        }
       }
     }
+    return farthest;
   }
-  return farthest;
-}
+
+  Scene scene_ = three_shapes();
+  Frames frames_{start_of(scene_)};
+};
+
+using SteppedBackView = AutomaticView;
 
 TEST(View, LooksAlongMinusZOfTheCamera) {
   const Camera camera{{{1, 2, 3}, rotation_quaternion({0.2, -0.7, 0.1})}, 0.8};
@@ -56,107 +72,83 @@ TEST(View, LooksAlongMinusZOfTheCamera) {
   EXPECT_NEAR(project(view, camera.pose * Vector3(5 * aspect * tangent, 0, -5)).x, 1, 1e-12);
 }
 
-TEST(AutomaticView, HoldsMovingBodiesAndFillsThePicture) {
-  const Scene scene = three_shapes();
-  Frames frames{start_of(scene)};
-  EXPECT_NEAR(farthest_from_middle(automatic(scene, frames), scene, frames), 1 / 1.12, 1e-9);
+TEST_F(AutomaticView, HoldsMovingBodiesAndFillsThePicture) {
+  EXPECT_NEAR(farthest_from_middle(view()), 1 / 1.12, 1e-9);  // measured 1e-15 off
   for (int k = 1; k <= 30; ++k) {
-    frames.push_back(frames.back());
-    frames.back()[1].linear += Vector3(0.2, 0.1, -0.05);
-    frames.back()[3].angular = compose(rotation_quaternion({0.1, 0.1, 0}), frames.back()[3].angular);
+    frames_.push_back(frames_.back());
+    frames_.back()[1].linear += Vector3(0.2, 0.1, -0.05);
+    frames_.back()[3].angular = compose(rotation_quaternion({0.1, 0.1, 0}), frames_.back()[3].angular);
   }
-  EXPECT_NEAR(farthest_from_middle(automatic(scene, frames), scene, frames), 1 / 1.12, 1e-9);
+  EXPECT_NEAR(farthest_from_middle(view()), 1 / 1.12, 1e-9);
 }
 
-TEST(AutomaticView, IgnoresLostBodiesAndScenery) {
-  Scene scene = three_shapes();
-  Frames frames{start_of(scene)};
-  const View near = automatic(scene, frames);
-  frames.push_back(frames[0]);
-  frames[1][1].linear = {1e9, 0, 0};
-  frames[1][2].linear = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  scene.colliders.emplace_back().shape = Plane{};
-  scene.colliders.back().placement.orientation = rotation_quaternion({0, 0, 0.5});
-  EXPECT_EQ(automatic(scene, frames).eye, near.eye);
+TEST_F(AutomaticView, IgnoresLostBodiesAndScenery) {
+  const View near = view();
+  std::vector<Coordinates>& poses = add_frame();
+  poses[1].linear = {1e9, 0, 0};
+  poses[2].linear = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  scene_.colliders.emplace_back().shape = Plane{};
+  scene_.colliders.back().placement.orientation = rotation_quaternion({0, 0, 0.5});
+  EXPECT_EQ(view().eye, near.eye);
 }
 
-TEST(AutomaticView, KeepsBodiesLargeOnALargeGround) {
-  Scene scene = three_shapes();
-  const Frames frames{start_of(scene)};
-  const View near = automatic(scene, frames);
+TEST_F(AutomaticView, KeepsBodiesLargeOnALargeGround) {
+  const View near = view();
   double largest = 0;
-  for (const Part& part : gather_body_mesh(scene).parts) {
+  for (const Part& part : gather_body_mesh(scene_).parts) {
     if (part.body != world_body) largest = std::max(largest, part.half_size().maxCoeff());
   }
   // Five times as large as the largest body, the ground is no scenery.
-  scene.colliders.emplace_back().shape = box({10 * largest, 0.1, 10 * largest});
-  const BodyMesh mesh = gather_body_mesh(scene);
+  scene_.colliders.emplace_back().shape = box({10 * largest, 0.1, 10 * largest});
+  const BodyMesh mesh = gather_body_mesh(scene_);
   ASSERT_FALSE(is_scenery(mesh.parts.back(), mesh.parts));
-  EXPECT_LT(glm::length(automatic(scene, frames).eye) / glm::length(near.eye), 1.3);  // measured 1.18
+  EXPECT_LT(glm::length(view().eye) / glm::length(near.eye), 1.3);  // measured 1.18
 }
 
-TEST(AutomaticView, ShowsTheOriginOfAnEmptyScene) {
-  const Scene scene = empty_scene();
-  const View view = automatic(scene, {start_of(scene)});
-  EXPECT_LT(std::abs(project(view, {0, 0, 0}).x), 0.3);  // measured 0.06
-  EXPECT_LT(std::abs(project(view, {0, 0, 0}).y), 0.3);  // measured 0.18
+TEST_F(AutomaticView, ShowsTheOriginOfAnEmptyScene) {
+  scene_ = empty_scene();
+  frames_ = {start_of(scene_)};
+  const glm::dvec3 origin = project(view(), {0, 0, 0});
+  EXPECT_LT(std::abs(origin.x), 0.3);  // measured 0.06
+  EXPECT_LT(std::abs(origin.y), 0.3);  // measured 0.18
 }
 
-TEST(SteppedBackView, MovesAsFarAsIsNeeded) {
-  const Scene scene = three_shapes();
-  const BodyMesh mesh = gather_body_mesh(scene);
-  Frames frames{start_of(scene)};
-  const View wide = automatic(scene, frames, 1);
-  EXPECT_EQ(stepped_back(wide, mesh.parts, frames).eye, wide.eye);
-  View near = wide;
+TEST_F(SteppedBackView, MovesAsFarAsIsNeeded) {
+  View near = view(1);
+  EXPECT_EQ(stepped_back_from(near).eye, near.eye);
   near.eye += near.forward * 1.0;
   // A lost body does not count, one that moves within the scene does.
-  frames.push_back(frames[0]);
-  frames[1][1].linear += Vector3(0.3, 0.2, 0);
-  frames[1][2].linear = {1e9, 0, 0};
-  const View view = stepped_back(near, mesh.parts, frames);
-  EXPECT_NEAR(glm::length(glm::cross(view.eye - near.eye, near.forward)), 0, 1e-12);
-  EXPECT_NEAR(farthest_from_middle(view, scene, frames), 1 / 1.04, 1e-9);
+  std::vector<Coordinates>& poses = add_frame();
+  poses[1].linear += Vector3(0.3, 0.2, 0);
+  poses[2].linear = {1e9, 0, 0};
+  const View back = stepped_back_from(near);
+  EXPECT_NEAR(glm::length(glm::cross(back.eye - near.eye, near.forward)), 0, 1e-12);
+  EXPECT_NEAR(farthest_from_middle(back), 1 / 1.04, 1e-9);
 }
 
-TEST(SteppedBackView, HoldsTheLastBodyThatLeaves) {
-  const Scene scene = three_shapes();
-  Frames frames{start_of(scene)};
-  const View near = automatic(scene, frames, 1);
-  frames.push_back(frames[0]);
-  for (std::size_t body = 1; body < frames[1].size(); ++body) frames[1][body].linear = {1e9, 0, 0};
-  frames[1][1].linear = {40, 0, 0};
-  const View view = stepped_back(near, gather_body_mesh(scene).parts, frames);
-  const glm::dvec3 p = project(view, frames[1][1].linear);
+TEST_F(SteppedBackView, HoldsTheLastBodyThatLeaves) {
+  const View near = view(1);
+  std::vector<Coordinates>& poses = add_frame();
+  for (std::size_t body = 1; body < poses.size(); ++body) poses[body].linear = {1e9, 0, 0};
+  poses[1].linear = {40, 0, 0};
+  const glm::dvec3 p = project(stepped_back_from(near), poses[1].linear);
   EXPECT_LT(std::max(std::abs(p.x), std::abs(p.y)), 1);
   EXPECT_GT(std::abs(p.x), 0.8);
 }
 
-TEST(SteppedBackView, HoldsPostsButNotWhatIsLongerThanThePictureIsWide) {
-  struct Case {
-    double aspect;
-    Vector3 size;
-    Vector3 position;
-    bool is_held;
-  };
-  // The rail is too short to be scenery.
-  for (const Case& one :
-       {Case{1, {5.8, 0.02, 0.1}, {0, 0, 0}, false}, Case{aspect, {0.2, 4, 0.02}, {0, 1.3, 0}, false},
-        Case{aspect, {0.2, 3.1, 0.02}, {0, 1.3, 0}, true}}) {
-    Scene scene = three_shapes();
-    const Frames frames{start_of(scene)};
-    View near = automatic(scene, frames, one.aspect);
+TEST_F(SteppedBackView, HoldsPostsButNotWhatIsLongerThanThePictureIsWide) {
+  const auto steps_by = [&](double its_aspect, const Vector3& size, const Vector3& position) {
+    scene_ = three_shapes();
+    View near = view(its_aspect);
     near.eye = glm::dvec3(0, 1, 0) - near.forward * 2.5;
-    const auto eye = [&] { return stepped_back(near, gather_body_mesh(scene).parts, frames).eye; };
-    const glm::dvec3 without = eye();
-    scene.colliders.emplace_back().shape = box(one.size);
-    scene.colliders.back().placement.position = one.position;
-    if (one.is_held) {
-      EXPECT_GT(glm::dot(without - eye(), near.forward), 0.1);
-    } else {
-      EXPECT_EQ(eye(), without) << one.size.transpose();
-    }
-  }
+    const glm::dvec3 without = stepped_back_from(near).eye;
+    scene_.colliders.emplace_back().shape = box(size);
+    scene_.colliders.back().placement.position = position;
+    return glm::dot(without - stepped_back_from(near).eye, near.forward);
+  };
+  EXPECT_EQ(steps_by(1, {5.8, 0.02, 0.1}, {0, 0, 0}), 0);  // a rail, too short to be scenery
+  EXPECT_EQ(steps_by(aspect, {0.2, 4, 0.02}, {0, 1.3, 0}), 0);
+  EXPECT_GT(steps_by(aspect, {0.2, 3.1, 0.02}, {0, 1.3, 0}), 0.1);
 }
 
 /// Expects all coordinates of the points in a light's map to lie between two fractions of it.

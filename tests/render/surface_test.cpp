@@ -145,8 +145,7 @@ TEST(Surfaces, FarTextureIsTheMeanOfItsLight) {
 
 TEST(Surfaces, VertexColorsMultiply) {
   Scene scene = facing_scene();
-  Mesh& mesh = add_square(scene, unlit(1, 0.5, 0.25));
-  mesh.looks.colors.assign(4, {0.5F, 0.5F, 1, 1});
+  add_square(scene, unlit(1, 0.5, 0.25)).looks.colors.assign(4, {0.5F, 0.5F, 1, 1});
   expect_near(at(drawn(scene)), {code_of(0.5), code_of(0.25), code_of(0.25)});
 }
 
@@ -159,8 +158,7 @@ TEST(Surfaces, MaskCutsBelowTheCutOff) {
   add_square(scene, unlit(0, 0, 1), -0.5, 2);
   Surface surface = with_opacity(unlit(1, 0, 0), Surface::Opacity::cut);
   surface.cut_off = 0.25;
-  Mesh& mesh = add_square(scene, surface);
-  mesh.looks.colors = from_left_to_right;
+  add_square(scene, surface).looks.colors = from_left_to_right;
   const Image image = drawn(scene, 128);
   expect_near(at(image, 0.23, 0.5), {0, 0, 255});
   expect_near(at(image, 0.27, 0.5), {255, 0, 0});
@@ -299,8 +297,8 @@ TEST(Surfaces, SurfaceWithoutBackIsInvisibleFromBehind) {
 TEST(Surfaces, CutSurfacesHaveNoBodyColor) {
   Scene scene = facing_scene();
   scene.bodies.emplace_back().inverse_mass = 1;
-  Mesh& mesh = add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5);
-  mesh.looks.colors = from_left_to_right;
+  add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5).looks.colors =
+      from_left_to_right;
   scene.visuals.back().body = 1;
   const Image codes = Renderer(scene, {.width = 64, .height = 64}).draw_bodies(start_of(scene));
   EXPECT_EQ(at(codes, 0.6, 0.5), (Color{2, 0, 0}));
