@@ -18,7 +18,7 @@ bool is_equal_scale(double a, double b) {
   return std::fabs(a - b) <= 1e-5 * std::max(a, b);
 }
 
-// What `make` makes; its complaint, which knows no file, gets the place.
+// Returns what `make` returns; an error of `make`, which knows no file, gets the place.
 template <typename Make>
 Shape made(const JsonValue& place, const Make& make) {
   try {
@@ -180,13 +180,13 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
     if (auto full = full_hull(points)) return *full;
   }
   std::vector<std::size_t> chosen = outermost(points, most_vertices);
-  // Where few are outermost, most are inside and cost a full hull little.
+  // Few outermost points mean that most points are inside, where they cost a full hull little.
   if (chosen.size() <= most_vertices / 2 && points.size() <= 8 * most_for_full_hull) {
     if (auto full = full_hull(points)) return *full;
   }
 
   SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
-  // Of the others only those outside can be vertices of the full hull; the rest is rounding.
+  // Only points outside this hull can be further vertices of the full hull; closer ones are rounding.
   const double negligible = 1e-6 * result.hull.bounding_radius;
   const std::vector<double> distances = distances_outside(result.hull, points);
   const std::size_t known = chosen.size();

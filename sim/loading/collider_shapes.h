@@ -27,7 +27,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, std::opti
 /// spread directions.
 struct SimplifiedHull {
   Polytope hull;
-  std::string warning;  ///< how much it leaves out; empty where it is the hull
+  std::string warning;  ///< names the largest distance left out; empty for an exact hull
 };
 
 /// Returns the hull. Messages begin with `what`. Throws Error where there is no volume.
@@ -43,7 +43,7 @@ std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
 
 /// Returns principal_inertia() without rounding: equal moments where they differ by rounding alone, so that
 /// symmetric bodies have no gyroscopic term, and products of inertia of that size as 0, so that axes stay
-/// those of the shape.
+/// the shape's.
 PrincipalInertia symmetric_principal_inertia(Matrix3 inertia);
 
 }  // namespace substep

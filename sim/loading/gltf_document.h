@@ -30,7 +30,7 @@ struct GltfDocument {
   int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
 
   JsonValue root() const { return {json, *source}; }
-  std::size_t size_of(const char* list) const;  ///< length of a list at the root, 0 where it is absent
+  std::size_t size_of(const char* list) const;  ///< length of a list at the root, 0 for an absent one
   JsonValue item_of(const char* list, std::size_t index) const;
   /// Returns the index that `reference` is into a list at the root, whose items messages call `what`.
   int index_of(const JsonValue& reference, const char* list, const char* what) const {

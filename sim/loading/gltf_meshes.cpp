@@ -256,7 +256,7 @@ void read_normals(const JsonValue& primitive, const JsonValue& reference, Access
   }
 }
 
-// Nothing where the primitive has no triangles.
+// Reads a primitive; returns nothing for points and lines.
 std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const JsonValue& primitive,
                                             AccessorReader& accessors) {
   GltfPrimitive read;

@@ -41,12 +41,12 @@ class JsonValue {
 
   const nlohmann::json& json() const { return *value_; }
   const std::string& path() const { return path_; }
-  /// Returns another value as if it stood here.
+  /// Returns another value under the same path.
   JsonValue with(const nlohmann::json& value) const { return {value, *file_, path_}; }
   /// Returns file and path, with which messages begin.
   std::string place() const { return file_->name + ": " + (path_.empty() ? "/" : path_); }
 
-  // Of an object:
+  // These read an object.
   std::optional<JsonValue> find(const char* key) const;
   JsonValue require(const char* key) const;
   /// Throws Error where the object has a key that is not among `known`.
@@ -142,7 +142,7 @@ class JsonCheck : public nlohmann::detail::json_sax_acceptor<Json> {
 
 /// Returns the value of `text`. Throws nlohmann's exception for text that is no JSON, and Error that begins
 /// with `what` for a duplicate key, of which the parser would keep the last value, and for a nesting that
-/// recursive code could not follow. Keys are checked before: a parser with a callback walks a whole array
+/// recursive code could not follow. The check goes before: a parser with a callback walks a whole array
 /// again after each object in it, which takes seconds in a file of 50,000 nodes.
 template <typename Json>
 Json parse_json(std::string_view text, const std::string& what) {

@@ -38,8 +38,8 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t most_objects = 1000;
 constexpr std::uintmax_t largest_material_file = std::uintmax_t{1} << 24;
 
-// What reading a file of some size may cost. Every format takes a few bytes for a vertex, so the result
-// cannot be many times as large, and every reader gets through a mebibyte in a fraction of a second.
+// Limits for reading a file of some size. Every format takes a few bytes for a vertex, so the result cannot
+// be many times as large, and every reader gets through a mebibyte in a fraction of a second.
 struct Limits {
   explicit Limits(std::size_t bytes)
       : seconds(1 + static_cast<unsigned>(bytes / (std::size_t{1} << 20))),
@@ -244,7 +244,7 @@ constexpr bool can_limit_memory = true;
 #endif
 
 [[noreturn]] void run_child(int to, const fs::path& file, const std::string& bytes, const Limits& limits) {
-  // Whatever goes wrong in here ends this process alone, and without a trace.
+  // Signals end this process alone, without a trace.
   for (const int number : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU, SIGALRM, SIGPIPE}) {
     signal(number, SIG_DFL);
   }

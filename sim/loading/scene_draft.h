@@ -1,5 +1,5 @@
 #pragma once
-/// A scene while load_scene() makes it: the file's content, and the results of each step for later ones.
+/// A scene while load_scene() makes it: the file's content, and the results of each step for later steps.
 
 #include <cstddef>
 #include <map>
@@ -50,8 +50,8 @@ struct SceneDraft {
 // The steps, in the order in which they are called. All throw Error.
 
 /// Adds the world and one body for each node with a motion, and finds each node's body and its pose in that
-/// body's node. The pose is composed from the body's node downwards, not through the world, so that children
-/// of that node are exactly where they are in it.
+/// body's node. The pose is composed from the body's node downwards, not through the world, so that it has no
+/// rounding of the world's coordinates.
 void add_bodies(SceneDraft& draft);
 
 /// Adds the colliders, each in the frame of its body's node.

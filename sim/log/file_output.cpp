@@ -116,7 +116,8 @@ int flush(int descriptor) {
   return ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
 }
 
-/// As flush(), of a path; 0 where it cannot be opened.
+/// Waits until the disk has the file or folder at a path. Returns 0 or an errno, and 0 for a path that cannot
+/// be opened.
 int flush(const fs::path& path) {
   const int descriptor = ::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return 0;
@@ -177,7 +178,7 @@ PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)
       remove_partial_files();
       for (;;) ::pause();
     }
-    // Where a file system has no locks, later runs remove no stale files.
+    // On a file system without locks later runs remove no stale files.
     ::flock(descriptor_, LOCK_EX);
   } while (!is_name_of(path_, descriptor_));
 }

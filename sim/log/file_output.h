@@ -20,15 +20,15 @@ class PartialFile {
   /// Makes an empty file or folder beside `target`, under a name of this process alone, and locks it while
   /// this object lives. Removes those of `target` that no process holds. Throws Error.
   explicit PartialFile(std::filesystem::path target, Kind kind = Kind::file);
-  ~PartialFile();  ///< removes it when it was not published
+  ~PartialFile();  ///< removes a partial file that was not published
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_; }  ///< of a file: open for reading and writing
 
-  /// Waits until the disk has it and renames it to `target`, which is then either whole or unchanged.
-  /// A folder that is there must be empty. Throws Error.
+  /// Waits until the disk has the content, then renames the partial file to `target`. Throws Error; then
+  /// `target` is unchanged. An existing folder must be empty.
   void publish();
 
  private:
@@ -38,8 +38,8 @@ class PartialFile {
   int slot_ = -1;  ///< in the list of what remove_partial_files removes; −1: none
 };
 
-/// Registers a child process that writes to a partial file. It is ended before the file is removed, so that
-/// it does not create it again.
+/// Registers a child process that writes to a partial file. remove_partial_files() ends the process before it
+/// removes the file, which the process could create again.
 class PartialFileWriter {
  public:
   explicit PartialFileWriter(pid_t process);
@@ -77,7 +77,7 @@ class OutputFile {
 };
 
 /// Writes `content` to a new file beside `file` and renames it over it. Throws Error; then `file` is as it
-/// was. What is not a regular file (a device, a pipe) is written to directly.
+/// was. A device or a pipe is written to directly.
 void write_file(const std::filesystem::path& file, std::string_view content);
 
 /// Returns the file's bytes; nothing where it cannot be read.

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "sim/math/base64.h"
+#include "sim/measure/scene_json.h"
 #include "tests/error_message.h"
 
 namespace substep::test {
@@ -69,7 +70,7 @@ std::vector<std::vector<std::string>> rows(const std::string& table) {
   std::string row;
   for (const std::string& line : split(table, '\n')) {
     row += line + (line.ends_with(';') ? "\n" : "");
-    if (row.empty() || line.ends_with('|') || line.ends_with(';')) continue;
+    if (row.empty() || line.ends_with('|') || line.ends_with(';') || line.ends_with(',')) continue;
     rows.push_back(split(row, '|'));
     row.clear();
   }
@@ -163,6 +164,24 @@ std::string glb(const std::string& text, const std::string& binary) {
 Scene load(const json& document) {
   const TemporaryFolder folder;
   return load_scene(folder.write("example.gltf", document.dump()));
+}
+
+void expect_scene(const Scene& scene, const std::string& table) {
+  const json actual = scene_json(scene);
+  for (const auto& row : rows(table)) {
+    SCOPED_TRACE(row[0]);
+    const double tolerance = row.size() > 2 ? std::stod(row[2]) : 0;
+    const json found = actual.at(json::json_pointer(row[0])).flatten();
+    const json expected = json::parse(row[1]).flatten();
+    EXPECT_EQ(found.size(), expected.size());
+    for (const auto& [key, value] : expected.items()) {
+      if (value.is_number()) {
+        EXPECT_NEAR(found.at(key).get<double>(), value.get<double>(), tolerance) << key;
+      } else {
+        EXPECT_EQ(found.at(key), value) << key;
+      }
+    }
+  }
 }
 
 std::string complaint(const std::filesystem::path& file) {

@@ -30,8 +30,8 @@ nlohmann::json edited(const std::string& edits);
 /// Returns a pointer with $ and # written out.
 std::string pointer(std::string text);
 
-/// Returns the rows of a table as cells that '|' separates. A row is a line; lines that end with '|' or ';'
-/// continue.
+/// Returns the rows of a table as cells that '|' separates. A row is a line; lines that end with '|', ';' or
+/// ',' continue.
 std::vector<std::vector<std::string>> rows(const std::string& table);
 
 /// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the accessor of the
@@ -51,13 +51,17 @@ std::string glb(const std::string& json, const std::string& binary);
 
 Scene load(const nlohmann::json& document);
 
+/// Compares values of scene_json(). Each row: a pointer, the value, and the tolerance of its numbers, which
+/// is 0 where none is given.
+void expect_scene(const Scene& scene, const std::string& table);
+
 /// Returns the message of load_scene; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
 /// Returns the warnings of load_scene, a line each.
 std::string warnings(const nlohmann::json& document);
 std::string complaint(const nlohmann::json& document);
 
-/// What load_scene did to a file, in a process of its own, and what that took.
+/// The result of load_scene() in a process of its own, and its costs.
 struct Outcome {
   std::string message;  ///< empty where it loaded, with all bodies finite
   double mebibytes = 0;

@@ -1,5 +1,5 @@
 /// Files that are refused with a sentence that names the place and the trouble, and features of glTF that are
-/// replaced with a warning.
+/// replaced with a warning. One file, since all rows edit one example.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -121,7 +121,7 @@ TEST(Refusal, RefusesMeshes) {
 
 TEST(Refusal, RefusesPhysics) {
   expect_refusals(R"(
-    /#/1/type = "torus" | unknown 'torus'; known are sphere, box, capsule,
+    /#/1/type = "torus" | unknown 'torus'; known are sphere, box, capsule
     /#/1/sphere = {} | is a box, but also has 'sphere' | /#/1
     /#/1/box/size = [1, 0, 1] | greater than 0
     /#/1 = {"type": "sphere", "sphere": {"radius": -1}} |

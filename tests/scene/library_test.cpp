@@ -32,25 +32,26 @@ std::vector<std::string> library() {
 
 class EachScene : public testing::TestWithParam<std::string> {};
 
+void expect_clean(const Scene& scene, const std::filesystem::path& file) {
+  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+  EXPECT_EQ(scene.name, file.stem().string());
+  EXPECT_TRUE(scene.camera.has_value() && scene.sun.has_value());
+}
+
 TEST_P(EachScene, LoadsWithoutReplacementsAndHasCameraSunAndPage) {
   const Scene scene = library_scene(GetParam());
-  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
-  EXPECT_EQ(scene.name, GetParam());
-  EXPECT_TRUE(scene.camera.has_value());
-  EXPECT_TRUE(scene.sun.has_value());
+  expect_clean(scene, GetParam());
   EXPECT_EQ(scene.step, 1.0 / 60);
   EXPECT_TRUE(std::filesystem::exists(folder / (GetParam() + ".md")));
 }
 
-TEST(PublishedScenes, LoadWithoutReplacementsAndSayWhatIsExpected) {
+TEST(PublishedScenes, LoadWithoutReplacementsAndHaveExpectations) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "published")) {
     if (entry.path().extension() != ".gltf") continue;
     SCOPED_TRACE(entry.path().filename().string());
     const Scene scene = load_scene(entry.path());
-    EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
-    EXPECT_EQ(scene.name, entry.path().stem().string());
-    EXPECT_TRUE(scene.camera.has_value() && scene.sun.has_value());
+    expect_clean(scene, entry.path());
     EXPECT_FALSE(scene.expected.empty());
     ++count;
   }
