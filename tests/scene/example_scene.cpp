@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "sim/math/base64.h"
-#include "sim/measure/scene_json.h"
+#include "sim/measure/json.h"
 #include "tests/error_message.h"
 
 namespace substep::test {
