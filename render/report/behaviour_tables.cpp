@@ -13,7 +13,6 @@
 
 #include "render/report/report_tables.h"
 #include "sim/measure/validity_maps.h"
-#include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {

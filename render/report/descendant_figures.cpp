@@ -11,7 +11,6 @@
 #include "render/report/figures.h"
 #include "sim/descendants/soft_step.h"
 #include "sim/measure/validity_maps.h"
-#include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {

@@ -12,7 +12,6 @@
 #include "render/report/figures.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
-#include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {

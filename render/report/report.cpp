@@ -15,7 +15,6 @@
 
 #include "render/embedded_file.h"
 #include "render/report/report_tables.h"
-#include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
 SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")

@@ -10,7 +10,6 @@
 #include <map>
 #include <string_view>
 
-#include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 

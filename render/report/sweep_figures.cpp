@@ -16,7 +16,6 @@
 #include "render/report/figures.h"
 #include "render/report/report_tables.h"
 #include "sim/model/settings_fields.h"
-#include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 

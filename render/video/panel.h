@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/model/settings.h"
-#include "sim/study/engines/command_engine.h"
+#include "sim/study/engines/engines.h"
 
 namespace substep::render {
 
@@ -16,7 +16,7 @@ struct PanelChoice {
   Kind kind = Kind::algorithm;
   Settings settings;          ///< of an algorithm; of an engine the step and the iterations
   std::string engine;         ///< its name in engines(); empty: a command
-  Command command;            ///< of an engine without a name, see command_engine.h
+  Command command;            ///< of an engine without a name, see engines.h
   std::filesystem::path log;  ///< a finished run: a pose log or table
   std::string author;         ///< the program that made a log, where it is another
   std::string title;          ///< typed; empty: the settings that differ from other panels

@@ -1,4 +1,4 @@
-#include "sim/study/advice.h"
+#include "sim/study/sweep_results.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,6 @@
 
 #include "sim/measure/substep_map.h"
 #include "sim/measure/text_table.h"
-#include "sim/study/sweep_results.h"
 
 namespace substep {
 namespace {
@@ -52,7 +51,7 @@ bool is_growing(const SweepRecord& record) {
   return record.substep_radius.value_or(0) > growing_radius;
 }
 
-/// Where no setting is good: which way to go on. Not by smaller sub-steps where those make it worse.
+/// Returns what to try where no setting is good: no smaller sub-steps where those make the error larger.
 std::string beyond_text(const std::vector<SweepRecord>& records) {
   const auto worst = std::ranges::max_element(
       records, {}, [](const SweepRecord& record) { return record.substep_radius.value_or(0); });
@@ -123,7 +122,7 @@ std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
   return fmt::format("a body ends up to {} m from where it should stand", short_number(x.moved));
 }
 
-/// Settings that look good as long as the reference lasts, and are not.
+/// Returns a text on settings that look good as long as the reference lasts, and are not.
 std::string late_text(const std::vector<SweepRecord>& records) {
   const SweepRecord* const best = most_accurate(records);
   const SweepRecord* cheapest_fault = nullptr;

@@ -16,7 +16,6 @@
 #include "sim/measure/substep_map.h"
 #include "sim/model/model.h"
 #include "sim/study/engines/engines.h"
-#include "sim/study/sweep_record.h"
 
 namespace substep {
 namespace {
@@ -73,28 +72,19 @@ FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& 
   return {JobFile::done, std::move(record)};
 }
 
-bool is_done(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
-  return found_job(sweep, results, job).file == JobFile::done;
-}
-
-const Engine* engine_named(const std::string& name) {
-  const auto found = std::ranges::find(engines(), name, &Engine::name);
-  return found == engines().end() ? nullptr : &*found;
-}
-
-void measure_peer(const Sweep& sweep, const SweepJob& job, const Scene& scene,
-                  const ReferenceMotion& reference, SweepRecord& record) {
-  const Engine* const engine = engine_named(job.engine);
-  record.label = fmt::format("{}  h={:g}", engine ? engine->label : job.engine, job.settings.step);
+void measure_peer(const Sweep& sweep, const Scene& scene, const ReferenceMotion& reference,
+                  SweepRecord& record) {
+  const Engine* const engine = find_engine(record.engine);
+  record.label = fmt::format("{}  h={:g}", engine ? engine->label : record.engine, record.settings.step);
   if (!engine) {
     record.omitted = "the program was built without it";
     return;
   }
   try {
-    const auto stepper = engine->make(scene, job.settings);
-    record.metrics = measure(scene, *stepper, job.settings.step, reference);
+    const auto stepper = engine->make(scene, record.settings);
+    record.metrics = measure(scene, *stepper, record.settings.step, reference);
     if (sweep.repetitions > 0 && !engine->is_command)
-      record.times = time_run(scene, job.settings, engine->make, sweep.repetitions);
+      record.times = time_run(scene, record.settings, engine->make, sweep.repetitions);
   } catch (const Error& error) {
     record.omitted = error.what();
   }
@@ -103,12 +93,8 @@ void measure_peer(const Sweep& sweep, const SweepJob& job, const Scene& scene,
 SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMotion& reference) {
   const Scene& scene = sweep.scenes.at(job.scene);
   SweepRecord record;
-  record.key = job.key;
-  record.scene = job.scene;
-  record.engine = job.engine;
+  static_cast<SweepJob&>(record) = job;
   record.label = label(job.settings);
-  record.settings = job.settings;
-  record.divisions = job.divisions;
   record.contacts = contact_kind(scene, reference);
   record.size = size_of(scene);
   record.duration = scene.duration;
@@ -118,12 +104,13 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   record.horizon = reference.horizon;
   record.divergence_point = reference.divergence_point;
   if (!job.engine.empty()) {
-    measure_peer(sweep, job, scene, reference, record);
-  } else if (job.is_limit) {
-    record.substep_radius = substep_radius(scene, job.settings);
+    measure_peer(sweep, scene, reference, record);
+    return record;
+  }
+  record.substep_radius = substep_radius(scene, job.settings);
+  if (job.is_limit) {
     record.limit = stability_limit(scene, job.settings, reference, sweep.most);
   } else {
-    record.substep_radius = substep_radius(scene, job.settings);
     record.metrics = measure(scene, job.settings, reference, sweep.parts);
     if (sweep.repetitions > 0) {
       record.times = sweep.parts ? time_run(scene, job.settings, sweep.repetitions)
@@ -158,11 +145,12 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   std::vector<const SweepJob*> open;
   for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
     if (static_cast<int>(i % options.parts) != options.part - 1) continue;
-    if (!is_done(sweep, options.results, sweep.jobs[i])) open.push_back(&sweep.jobs[i]);
+    if (found_job(sweep, options.results, sweep.jobs[i]).file != JobFile::done)
+      open.push_back(&sweep.jobs[i]);
   }
   // The order of work says nothing about the results: the longest first.
-  std::ranges::stable_sort(
-      open, [&](const SweepJob* a, const SweepJob* b) { return cost_of(sweep, *a) > cost_of(sweep, *b); });
+  const auto cost = [&](const SweepJob* job) { return cost_of(sweep, *job); };
+  std::ranges::stable_sort(open, std::ranges::greater(), cost);
   const int threads = options.threads > 0
                           ? options.threads
                           : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -172,7 +160,7 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   std::vector<std::string> names;
   for (const auto& [name, reference] : references) names.push_back(name);
   double total = 0;
-  for (const SweepJob* job : open) total += cost_of(sweep, *job);
+  for (const SweepJob* job : open) total += cost(job);
   // References are some tenth of the work.
   const double reference_cost = names.empty() ? 0 : 0.1 * total / static_cast<double>(names.size());
   total *= 1.1;
@@ -196,18 +184,10 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
         const SweepRecord record = measured(sweep, job, references.at(job.scene));
         const std::string text = to_json(record) + "\n";
         write_file(file_of(options.results, job), fmt::format("{}\n{}", seal(sweep, job, text), text));
-        done += cost_of(sweep, job);
+        done += cost(&job);
       },
       report);
   return static_cast<int>(open.size());
-}
-
-std::vector<std::string> missing_jobs(const Sweep& sweep, const fs::path& results) {
-  std::vector<std::string> missing;
-  for (const SweepJob& job : sweep.jobs) {
-    if (!is_done(sweep, results, job)) missing.push_back(job.key);
-  }
-  return missing;
 }
 
 std::vector<fs::path> damaged_jobs(const Sweep& sweep, const fs::path& results) {
@@ -219,7 +199,18 @@ std::vector<fs::path> damaged_jobs(const Sweep& sweep, const fs::path& results) 
 }
 
 void merge_sweep(const Sweep& sweep, const fs::path& results) {
-  const std::vector<std::string> missing = missing_jobs(sweep, results);
+  std::vector<std::string> missing;
+  std::vector<std::string> texts;
+  std::vector<SweepRecord> records;
+  for (const SweepJob& job : sweep.jobs) {
+    const FoundJob found = found_job(sweep, results, job);
+    if (found.file != JobFile::done) {
+      missing.push_back(job.key);
+      continue;
+    }
+    records.push_back(record_in(found.record));
+    texts.push_back(found.record.substr(0, found.record.size() - 1));
+  }
   if (!missing.empty()) {
     const std::vector<fs::path> damaged = damaged_jobs(sweep, results);
     throw Error(fmt::format(
@@ -227,15 +218,7 @@ void merge_sweep(const Sweep& sweep, const fs::path& results) {
         results.string(), missing.size(), sweep.jobs.size(), missing.front(),
         damaged.empty() ? "" : fmt::format(" ({} is damaged)", damaged.front().string())));
   }
-  std::vector<SweepRecord> records;
-  std::string text = "[\n";
-  for (const SweepJob& job : sweep.jobs) {
-    const std::string record = found_job(sweep, results, job).record;
-    records.push_back(record_in(record));
-    text += fmt::format("{}{}", records.size() > 1 ? ",\n" : "",
-                        std::string_view(record).substr(0, record.size() - 1));
-  }
-  write_file(results / "sweep.json", fmt::format("{}\n]\n", text));
+  write_file(results / "sweep.json", fmt::format("[\n{}\n]\n", fmt::join(texts, ",\n")));
   write_file(results / "errors.csv", errors_csv(records));
   write_file(results / "times.csv", times_csv(records));
 }
@@ -249,9 +232,7 @@ std::vector<SweepRecord> read_records(const fs::path& results) {
     for (const auto& entry : parse_json<nlohmann::ordered_json>(*text, file.string())) {
       records.push_back(record_in(entry.dump()));
     }
-  } catch (const Error& error) {
-    throw Error(fmt::format("{}: {}", file.string(), error.what()));
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const std::exception& error) {
     throw Error(fmt::format("{}: {}", file.string(), error.what()));
   }
   return records;

@@ -1,12 +1,14 @@
 #pragma once
-/// Runs the jobs of a sweep, on one machine or many. Each job has a file, so that finished jobs are neither
-/// lost nor run again.
+/// Sweeps: the sweep file (scenes/sweeps.md) with scenes and the settings to measure, its jobs on one machine
+/// or many, and their records. Each job has a file, so that finished jobs are neither lost nor run again.
 ///
 /// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
 /// records, in the sweep file's order), errors.csv (the same in every run) and times.csv (which differs).
 /// A job's file says which program, scene and settings made it; one of another build is made again.
 
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,9 +17,42 @@
 #include "sim/measure/reference_cache.h"
 #include "sim/measure/stepper.h"
 #include "sim/measure/validity_maps.h"
-#include "sim/study/sweep_file.h"
+#include "sim/model/settings.h"
+#include "sim/scene/scene.h"
 
 namespace substep {
+
+struct SweepJob {
+  std::string key;  ///< "rod_chain.a3-h1-n4-m1-t1-k1-plain": a file's name, and what it does
+  std::string scene;
+  std::string engine;     ///< name of the engine; empty: one of our algorithms
+  Settings settings;      ///< step included
+  int divisions = 1;      ///< of the scene's step: the step is that / divisions
+  bool is_limit = false;  ///< looks for the stability limit instead of measuring one run
+};
+
+struct Sweep {
+  std::filesystem::path file;
+  double horizon = 2;
+  int repetitions = 0;
+  int most = 64;
+  bool properties = false;
+  bool parts = true;  ///< whether errors are taken apart and steps' stages are timed
+  std::map<std::string, double> horizons;
+  std::map<std::string, Scene> scenes;  ///< by name
+  std::vector<SweepJob> jobs;           ///< in the file's order, each once
+
+  double horizon_of(const std::string& scene) const;
+};
+
+/// Reads the file and its scenes. Throws Error with file and line for what is unknown, missing, of a wrong
+/// type or out of range.
+Sweep read_sweep(const std::filesystem::path& file);
+
+/// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with an
+/// eighth to four times its iterations, A3 to A5 with as many times their sub-steps. `maps`: A3 and A5 with
+/// up to their usual sub-steps at h to h/8, and with five τ times five κ. Throws Error.
+Sweep sweep_of(const std::vector<std::filesystem::path>& scenes, bool maps);
 
 /// The kind of contacts in a scene.
 enum class ContactKind {
@@ -27,13 +62,8 @@ enum class ContactKind {
 };
 
 /// The result of a job.
-struct SweepRecord {
-  std::string key;
-  std::string scene;
-  std::string engine;  ///< empty: one of our algorithms
-  std::string label;   ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
-  Settings settings;
-  int divisions = 1;  ///< of the scene's step: the step is that / divisions
+struct SweepRecord : SweepJob {
+  std::string label;  ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
   ContactKind contacts = ContactKind::none;
   double size = 0;               ///< of the scene, m
   double duration = 0;           ///< of the scene, s
@@ -66,9 +96,6 @@ ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 /// file cannot be written; finished jobs stay.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
 
-/// Returns the jobs whose files are missing, of another build, or damaged.
-std::vector<std::string> missing_jobs(const Sweep& sweep, const std::filesystem::path& results);
-
 /// Returns the damaged files of jobs, which are measured again. Throws Error where a job's path is no file.
 std::vector<std::filesystem::path> damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
@@ -77,5 +104,13 @@ void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);
 
 /// Reads the records of a merged sweep. Throws Error.
 std::vector<SweepRecord> read_records(const std::filesystem::path& results);
+
+std::string to_json(const SweepRecord& record);
+/// Throws Error for what is not a record.
+SweepRecord record_in(const std::string& json);
+
+/// Returns a CSV table: a header, then a line for each record, in SI units; missing values are empty.
+std::string errors_csv(const std::vector<SweepRecord>& records);
+std::string times_csv(const std::vector<SweepRecord>& records);
 
 }  // namespace substep

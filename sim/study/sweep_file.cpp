@@ -1,4 +1,4 @@
-#include "sim/study/sweep_file.h"
+#include "sim/study/sweep.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

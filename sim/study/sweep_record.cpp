@@ -1,4 +1,4 @@
-#include "sim/study/sweep_record.h"
+#include "sim/study/sweep.h"
 
 #include <fmt/format.h>
 
@@ -68,14 +68,14 @@ void require_possible(const SweepRecord& r) {
       not_negative(what, spread.rms);
       require(spread.largest >= spread.rms * (1 - 1e-9), what, spread.largest);
     }
-    not_negative("stepping_error", x.parts.stepping);
-    not_negative("solver_error", x.parts.solver.value_or(0));
-    not_negative("model_error", x.parts.model.value_or(0));
-    not_negative("row_solves", static_cast<double>(x.row_solves));
     for (const auto& [what, value] :
-         {std::pair("joint_gap", x.joint_gap), std::pair("penetration", x.penetration),
-          std::pair("energy_growth", x.energy_growth), std::pair("energy_scale", x.energy_scale),
-          std::pair("moved", x.moved), std::pair("momentum", x.momentum.value_or(0)),
+         {std::pair("stepping_error", x.parts.stepping),
+          std::pair("solver_error", x.parts.solver.value_or(0)),
+          std::pair("model_error", x.parts.model.value_or(0)),
+          std::pair("row_solves", static_cast<double>(x.row_solves)), std::pair("joint_gap", x.joint_gap),
+          std::pair("penetration", x.penetration), std::pair("energy_growth", x.energy_growth),
+          std::pair("energy_scale", x.energy_scale), std::pair("moved", x.moved),
+          std::pair("momentum", x.momentum.value_or(0)),
           std::pair("angular_momentum", x.angular_momentum.value_or(0)),
           std::pair("diverged", x.diverged.value_or(0))}) {
       not_negative(what, value);
@@ -96,34 +96,42 @@ void require_possible(const SweepRecord& r) {
 
 constexpr std::array<std::string_view, 3> contact_kinds{"none", "standing", "moving"};
 
-ContactKind contacts_named(const std::string& text) {
-  const auto found = std::ranges::find(contact_kinds, text);
-  if (found == contact_kinds.end())
-    throw Error(fmt::format("not what a sweep wrote: '{}' is no kind of contacts", text));
-  return static_cast<ContactKind>(found - contact_kinds.begin());
+/// Calls `visit` with the keys of JSON that come before the settings, and their values.
+void visit_names(auto& record, auto&& visit) {
+  visit("key", record.key);
+  visit("scene", record.scene);
+  visit("engine", record.engine);
+  visit("label", record.label);
+}
+
+/// Calls `visit` with keys that come after the settings, and their values.
+void visit_figures(auto& record, auto&& visit) {
+  visit("size", record.size);
+  visit("duration", record.duration);
+  visit("reference", record.reference);
+  visit("uncertainty", record.uncertainty);
+  visit("turn_uncertainty", record.turn_uncertainty);
+  visit("horizon", record.horizon);
+  visit("parting", record.divergence_point);
+  visit("omitted", record.omitted);
 }
 
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
-  Json json{{"key", r.key}, {"scene", r.scene}, {"engine", r.engine}, {"label", r.label}};
+  Json json;
+  const auto write = [&](const char* key, const auto& value) { json[key] = value; };
+  visit_names(r, write);
   json.update(to_json(r.settings));
-  json.update(Json{{"divisions", r.divisions},
-                   {"contacts", contact_kinds.at(static_cast<std::size_t>(r.contacts))},
-                   {"size", r.size},
-                   {"duration", r.duration},
-                   {"reference", r.reference},
-                   {"uncertainty", r.uncertainty},
-                   {"turn_uncertainty", r.turn_uncertainty},
-                   {"horizon", r.horizon},
-                   {"parting", r.divergence_point},
-                   {"omitted", r.omitted}});
-  if (r.substep_radius) json["substep_radius"] = *r.substep_radius;
-  if (r.metrics) json["metrics"] = to_json(*r.metrics);
+  write("divisions", r.divisions);
+  write("contacts", contact_kinds.at(static_cast<std::size_t>(r.contacts)));
+  visit_figures(r, write);
+  if (r.substep_radius) write("substep_radius", *r.substep_radius);
+  if (r.metrics) write("metrics", to_json(*r.metrics));
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
   }
-  if (r.times) json["times"] = to_json(*r.times);
+  if (r.times) write("times", to_json(*r.times));
   return json.dump();
 }
 
@@ -132,22 +140,15 @@ SweepRecord record_in(const std::string& text) {
     const Json json = parse_json<Json>(text, "not what a sweep wrote");
     SweepRecord r;
     const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
-    read("key", r.key);
-    read("scene", r.scene);
-    read("engine", r.engine);
-    read("label", r.label);
-    read("size", r.size);
-    read("duration", r.duration);
-    read("reference", r.reference);
-    read("uncertainty", r.uncertainty);
-    read("turn_uncertainty", r.turn_uncertainty);
-    read("horizon", r.horizon);
-    read("parting", r.divergence_point);
-    read("omitted", r.omitted);
+    visit_names(r, read);
+    visit_figures(r, read);
     read("divisions", r.divisions);
     r.settings = settings_in(json);
-    r.contacts = contacts_named(json.at("contacts").get<std::string>());
-    if (json.contains("substep_radius")) r.substep_radius = json["substep_radius"].get<double>();
+    const auto kind = std::ranges::find(contact_kinds, json.at("contacts").get<std::string>());
+    if (kind == contact_kinds.end())
+      throw Error(fmt::format("not what a sweep wrote: {} is no kind of contacts", json["contacts"].dump()));
+    r.contacts = static_cast<ContactKind>(kind - contact_kinds.begin());
+    if (json.contains("substep_radius")) read("substep_radius", r.substep_radius.emplace());
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
     if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {

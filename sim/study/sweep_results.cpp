@@ -32,8 +32,8 @@ class Lines {
 
   std::string title_of(const SweepRecord& record) const {
     if (!record.engine.empty()) {
-      const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
-      return found == engines().end() ? record.engine : found->label;
+      const Engine* const engine = find_engine(record.engine);
+      return engine ? engine->label : record.engine;
     }
     const Settings& s = record.settings;
     std::string title(substep::title_of(s.algorithm));
@@ -244,8 +244,8 @@ std::string miss_title(const std::vector<SweepRecord>& records) {
 }
 
 bool is_other_engine(const SweepRecord& record) {
-  const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
-  return !record.engine.empty() && (found == engines().end() || !found->is_ours);
+  const Engine* const engine = find_engine(record.engine);
+  return !record.engine.empty() && !(engine && engine->is_ours);
 }
 
 double error_of(const SweepRecord& record) {

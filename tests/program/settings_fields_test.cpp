@@ -14,8 +14,7 @@
 #include "sim/log/pose_log.h"
 #include "sim/measure/json.h"
 #include "sim/model/settings_fields.h"
-#include "sim/study/sweep_file.h"
-#include "sim/study/sweep_record.h"
+#include "sim/study/sweep.h"
 
 namespace substep {
 namespace {

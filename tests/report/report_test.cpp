@@ -11,7 +11,6 @@
 #include "render/report/figures.h"
 #include "render/report/report.h"
 #include "render/report/report_tables.h"
-#include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 #include "tests/folders.h"
 

@@ -1,6 +1,6 @@
 // Tests the recommendations on made-up measurements.
 
-#include "sim/study/advice.h"
+#include "sim/study/sweep_results.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,17 +3,20 @@
 
 #include "sim/study/engines/engines.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "sim/error.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
 #include "tests/error_message.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
+#include "tests/temporary_folder.h"
 
 namespace substep {
 namespace {
@@ -35,6 +38,24 @@ Settings settings_at(double step) {
 /// Returns the message with which the engine refuses the scene; empty where it does not.
 std::string omitted(const Engine& engine, const Scene& scene) {
   return test::message_of([&] { engine.make(scene, settings_at(scene.step)); });
+}
+
+/// Returns the state after a second of 240 steps.
+State state_after_second(const Engine& engine, const Scene& scene) {
+  const auto stepper = engine.make(scene, settings_at(1.0 / 240));
+  for (int i = 0; i < 240; ++i) EXPECT_TRUE(stepper->step());
+  return stepper->state();
+}
+
+/// Expects that joints hold for a second, in steps of an eighth of the scene's.
+void expect_joints_hold(const Engine& engine, const std::string& name) {
+  SCOPED_TRACE(name + ", " + engine.label);
+  const Scene scene = short_scene(name);
+  const double step = scene.step / 8;
+  const auto stepper = engine.make(scene, settings_at(step));
+  const Metrics metrics = measure(scene, *stepper, step, reference_motion(scene, 0.5));
+  EXPECT_LT(metrics.error.position.rms, 0.02);
+  EXPECT_LT(metrics.joint_gap, 0.01);
 }
 
 TEST(Engines, HaveDistinctNames) {
@@ -79,40 +100,30 @@ TEST(Engines, BlockStopsOnFloor) {
       continue;
     }
     if (engine.is_command) continue;
-    const auto stepper = engine.make(scene, settings_at(1.0 / 240));
-    for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
-    EXPECT_NEAR(stepper->state().q[1].linear.x(), 0.6796, 0.025);  // measured 0.017: Bullet SI; else 0.0042
-    EXPECT_NEAR(stepper->state().q[1].linear.y(), 0.1, 1e-4);      // measured 5e-6
+    const Vector3 end = state_after_second(engine, scene).q[1].linear;
+    EXPECT_NEAR(end.x(), 0.6796, 0.025);  // measured 0.017: Bullet SI; else 0.0042
+    EXPECT_NEAR(end.y(), 0.1, 1e-4);      // measured 5e-6
   }
 }
 
 TEST(Engines, NameUnsupportedFeatures) {
-  Scene scene = short_scene("pendulum");
-  const auto expect = [&](const std::string& why) {
+  const auto expect = [&](const char* name, const std::string& why, void (*change)(Scene&)) {
+    Scene scene = short_scene(name);
+    change(scene);
     for (const Engine& engine : engines()) {
-      const bool can = (engine.name == "bullet-si" || engine.name == "bullet-dantzig") &&
-                       why == "kinematic body that moves";
+      const bool can = engine.name.starts_with("bullet-") && why == "kinematic body that moves";
       if (engine.is_ours || engine.is_command || can) continue;
       EXPECT_NE(omitted(engine, scene).find(why), std::string::npos) << engine.label;
     }
   };
-  scene.bodies[1].gravity_factor = 0.5;
-  expect("has a gravity of its own");
-  scene = short_scene("pendulum");
-  scene.bodies[1].inverse_inertia.x() = 0;
-  expect("infinite moment");
-  scene = short_scene("pendulum");
-  scene.joints[0].limits[0].stiffness = 100;
-  expect("limit or a spring");
-  scene = short_scene("pendulum");
-  scene.joints[0].drives.emplace_back();
-  expect("has a drive");
-  scene = short_scene("bouncing_balls");
-  expect("restitution");
-  scene = short_scene("incline");
-  expect("more than one coefficient of friction");
-  scene = short_scene("conveyor");
-  expect("kinematic body that moves");
+  const auto nothing = [](Scene&) {};
+  expect("pendulum", "has a gravity of its own", [](Scene& scene) { scene.bodies[1].gravity_factor = 0.5; });
+  expect("pendulum", "infinite moment", [](Scene& scene) { scene.bodies[1].inverse_inertia.x() = 0; });
+  expect("pendulum", "limit or a spring", [](Scene& scene) { scene.joints[0].limits[0].stiffness = 100; });
+  expect("pendulum", "has a drive", [](Scene& scene) { scene.joints[0].drives.emplace_back(); });
+  expect("bouncing_balls", "restitution", nothing);
+  expect("incline", "more than one coefficient of friction", nothing);
+  expect("conveyor", "kinematic body that moves", nothing);
 }
 
 #ifdef SUBSTEP_NODE_ENGINES
@@ -174,9 +185,7 @@ TEST(OtherEngines, BlockSlidesDownSlope) {
   const double way = 0.5 * 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
   for (const Engine& engine : other_engines()) {
     SCOPED_TRACE(engine.label);
-    const auto stepper = engine.make(scene, settings_at(1.0 / 240));
-    for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
-    const Vector3 moved = slope.conjugate() * stepper->state().q[1].linear;
+    const Vector3 moved = slope.conjugate() * state_after_second(engine, scene).q[1].linear;
     EXPECT_NEAR(moved.x(), way, 0.02 * way);  // measured at most 0.0073 of it: Bullet; else 0.0042
     EXPECT_NEAR(moved.y(), 0.1, 1e-3);        // measured at most 9.5e-4: MuJoCo 3, whose contacts are soft
   }
@@ -196,15 +205,8 @@ TEST(OtherEngines, RunScenesOrSayWhy) {
 }
 
 TEST(MuJoCo, ClosesLoops) {
-  const Scene scene = short_scene("four_bar");
-  const ReferenceMotion reference = reference_motion(scene, 0.5);
   for (const Engine& engine : engines()) {
-    if (!engine.name.starts_with("mujoco-")) continue;
-    const double step = scene.step / 8;
-    const auto stepper = engine.make(scene, settings_at(step));
-    const Metrics metrics = measure(scene, *stepper, step, reference);
-    EXPECT_LT(metrics.error.position.rms, 0.02) << engine.label;
-    EXPECT_LT(metrics.joint_gap, 0.01) << engine.label;
+    if (engine.name.starts_with("mujoco-")) expect_joints_hold(engine, "four_bar");
   }
 }
 
@@ -226,9 +228,7 @@ TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
   const double slid = 1 / (0.3 * 9.81);
   for (const Engine& engine : other_engines()) {
     if (!engine.name.starts_with("bullet")) continue;
-    const auto stepper = engine.make(scene, settings_at(1.0 / 240));
-    for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
-    const State& state = stepper->state();
+    const State state = state_after_second(engine, scene);
     EXPECT_NEAR(state.q[1].linear.x(), 1, 1e-9);
     EXPECT_NEAR(state.v[2].linear.x(), 1, 0.01);
     EXPECT_NEAR(state.q[2].linear.x(), 1 - slid / 2, 0.02);
@@ -238,30 +238,17 @@ TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
 }
 
 #ifdef SUBSTEP_NODE_ENGINES
-/// The engines on npm.
-std::vector<Engine> node_engines() {
-  std::vector<Engine> result = other_engines();
-  std::erase_if(result, [](const Engine& engine) { return !engine.is_command; });
-  return result;
-}
-
 TEST(NodeEngines, HoldJoints) {
-  for (const std::string name : {"pendulum", "rod_chain", "four_bar"}) {
-    const Scene scene = short_scene(name);
-    const ReferenceMotion reference = reference_motion(scene, 0.5);
-    for (const Engine& engine : node_engines()) {
-      SCOPED_TRACE(name + ", " + engine.label);
-      const double step = scene.step / 8;
-      const auto stepper = engine.make(scene, settings_at(step));
-      const Metrics metrics = measure(scene, *stepper, step, reference);
-      EXPECT_LT(metrics.error.position.rms, 0.02);
-      EXPECT_LT(metrics.joint_gap, 0.01);
+  for (const Engine& engine : other_engines()) {
+    for (const char* const name : {"pendulum", "rod_chain", "four_bar"}) {
+      if (engine.is_command) expect_joints_hold(engine, name);
     }
   }
 }
 
 TEST(NodeEngines, SayWhatTheyLack) {
-  for (const Engine& engine : node_engines()) {
+  for (const Engine& engine : other_engines()) {
+    if (!engine.is_command) continue;
     SCOPED_TRACE(engine.label);
     EXPECT_EQ(omitted(engine, short_scene("ragdoll")), "joint spine limits a cone");
     Scene scene = short_scene("pendulum");
@@ -277,6 +264,57 @@ TEST(NodeEngines, SayWhatInstallsThem) {
   }
 }
 #endif
+
+/// A shell script as a simulator of the pendulum, which hangs still.
+class CommandEngine : public testing::Test {
+ protected:
+  std::vector<State> run(const std::string& script, double time_limit = 20) const {
+    return run_command({"sh", "-c", script, "sim", "{scene}", "{settings}", "{poses}"}, scene_,
+                       {.step = 0.25}, time_limit);
+  }
+  std::string refusal(const std::string& script, double time_limit = 20) const {
+    return test::message_of([&] { run(script, time_limit); });
+  }
+
+  Scene scene_ = scene_named("pendulum");
+  const std::string table_ =
+      "printf 't,body,x,y,z,qw,qx,qy,qz\\n0,rod,1,2,3,1,0,0,0\\n0.5,rod,1,3,3,1,0,0,0\\n' > \"$3\"";
+};
+
+TEST_F(CommandEngine, ReadsPosesOfCommand) {
+  const std::vector<State> states = run(table_);
+  ASSERT_EQ(states.size(), 3);
+  EXPECT_EQ(states[1].q[1].linear, Vector3(1, 2.5, 3));
+}
+
+TEST_F(CommandEngine, GivesSceneAndSettings) {
+  EXPECT_EQ(refusal("grep -q '\"format\": \"substep scene 1\"' \"$1\" && grep -q '\"step\":0.25' \"$2\" && " +
+                    table_),
+            "");
+}
+
+TEST_F(CommandEngine, SaysHowCommandFailed) {
+  EXPECT_EQ(refusal("echo one >&2; echo two >&2; exit 7"), "sh ended with exit code 7: two");
+  EXPECT_EQ(refusal("exit 7"), "sh ended with exit code 7");
+  EXPECT_EQ(refusal("kill -9 $$"), "sh ended with signal 9");
+  // A simulator's own refusal.
+  EXPECT_EQ(refusal("echo 'there are motors' >&2; exit 3"), "there are motors");
+  EXPECT_EQ(refusal("sleep 20", 0.1), "sh has not ended after 0.1 s");
+  EXPECT_EQ(refusal("true"), "sh wrote no poses");
+  EXPECT_EQ(refusal(table_ + "; exit 1"), "sh ended with exit code 1");
+  EXPECT_THAT(refusal("echo t > \"$3\""), testing::HasSubstr("poses.csv:1: the header lacks body"));
+  EXPECT_THROW(run_command({"true", "{scene}"}, scene_, {}), Error);
+  EXPECT_THROW(run_command({"no-such-program", "{poses}"}, scene_, {}), Error);
+}
+
+TEST_F(CommandEngine, FindsFilesBesideFile) {
+  const test::TemporaryFolder folder;
+  const auto script = folder.write("mine.py", "");
+  EXPECT_EQ(beside({"python3", "mine.py", "other.py", "{poses}"}, folder.path()),
+            (Command{"python3", script.string(), "other.py", "{poses}"}));
+  EXPECT_EQ(command_engine({"python3", script.string(), "{poses}"}).label, "mine");
+  EXPECT_EQ(command_engine({"/usr/bin/mine", "{poses}"}).label, "mine");
+}
 
 }  // namespace
 }  // namespace substep

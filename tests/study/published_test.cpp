@@ -34,22 +34,17 @@ class PublishedFile : public testing::Test {
     return read_published(folder_.write("p.toml", text));
   }
 
-  std::string complaint(const std::string& text) const {
-    return test::message_of([&] { read(text); });
-  }
-
   test::TemporaryFolder folder_;
 };
 
-TEST_F(PublishedFile, JudgesByTheScenesExpectations) {
-  const auto results =
-      read(head +
-           "run = [{ name = \"few\", algorithms = [\"a1\", \"a2\"], settings = { substeps = 20 }, judged = "
-           "[\"a1\"], quick = true }, { name = \"all\", algorithms = [\"a2\"], settings = { substeps = 75 }, "
-           "judged = "
-           "[\"a2\"] }, { name = \"gain\", algorithms = [\"a2\"], settings = { substeps = 75 }, against = "
-           "\"few\", "
-           "at_least = 2 }]\n");
+TEST_F(PublishedFile, JudgesByExpectationsOfScenes) {
+  const auto results = read(
+      head +
+      "run = [{ name = 'few', algorithms = ['a1', 'a2'], settings = { substeps = 20 }, judged = ['a1'], "
+      "quick = true }, "
+      "{ name = 'all', algorithms = ['a2'], settings = { substeps = 75 }, judged = ['a2'] }, "
+      "{ name = 'gain', algorithms = ['a2'], settings = { substeps = 75 }, against = 'few', at_least = 2 "
+      "}]\n");
   const auto all = measure_published(results, {});
   ASSERT_EQ(all.size(), 1u);
   EXPECT_TRUE(all[0].is_met());
@@ -70,8 +65,7 @@ TEST_F(PublishedFile, JudgesByTheScenesExpectations) {
 TEST_F(PublishedFile, LosesWhereTheJudgedMiss) {
   const auto results =
       read(head +
-           "run = [{ name = \"few\", algorithms = [\"a2\"], settings = { substeps = 20 }, judged = "
-           "[\"a2\"] }]\n");
+           "run = [{ name = 'few', algorithms = ['a2'], settings = { substeps = 20 }, judged = ['a2'] }]\n");
   const auto measured = measure_published(results, {});
   EXPECT_FALSE(measured[0].is_met());
   const std::string page = to_markdown(measured);
@@ -79,20 +73,18 @@ TEST_F(PublishedFile, LosesWhereTheJudgedMiss) {
   EXPECT_THAT(page, HasSubstr("- Kamino, 75 sweeps: 2 %"));
 }
 
-TEST_F(PublishedFile, NamesTheLineOfTrouble) {
-  EXPECT_THAT(complaint(""), HasSubstr("has no [[result]]"));
-  EXPECT_THAT(complaint("[[result]]\nname = 3\n"), HasSubstr("p.toml:2: 'name' must be a text"));
-  EXPECT_THAT(complaint(head), HasSubstr("'run' is missing"));
-  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", algorithms = [\"a4\"] }]\n"),
-              HasSubstr("must be a1, a2, a3 or a5"));
-  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", algorithms = [\"a1\"], judged = [\"a5\"] }]\n"),
-              HasSubstr("names A5, which is not run"));
-  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", settings = { tao = 1 } }]\n"),
-              HasSubstr("p.toml:6: there is no setting 'tao'"));
-  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", against = \"b\", at_least = 1 }]\n"),
-              HasSubstr("names no earlier run"));
-  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", durations = 1 }]\n"),
-              HasSubstr("unknown key 'durations'"));
+TEST_F(PublishedFile, RefusesMistakesByLine) {
+  const auto run = [](const std::string& more) { return head + "run = [{ name = 'a', " + more + " }]\n"; };
+  for (const auto& [text, part] :
+       {std::pair(std::string(), "has no [[result]]"),
+        {"[[result]]\nname = 3\n", "p.toml:2: 'name' must be a text"},
+        {head, "'run' is missing"},
+        {run("algorithms = ['a4']"), "must be a1, a2, a3 or a5"},
+        {run("algorithms = ['a1'], judged = ['a5']"), "names A5, which is not run"},
+        {run("settings = { tao = 1 }"), "p.toml:6: there is no setting 'tao'"},
+        {run("against = 'b', at_least = 1"), "names no earlier run"},
+        {run("durations = 1"), "unknown key 'durations'"}})
+    EXPECT_THAT(test::message_of([&] { read(text); }), HasSubstr(part));
 }
 
 // The quick subset of the tree's own results, with what must stay met.

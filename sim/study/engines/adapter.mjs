@@ -1,4 +1,4 @@
-// What the engines' adapters share: the scene in frames that have the world's axes when it starts, and the pose table.
+// Shared by the engines' adapters: the scene in frames that have the world's axes when it starts, and the pose table.
 // scenes/format.md documents both files. An adapter calls simulate() with a function that makes a world.
 import { closeSync, openSync, readFileSync, writeSync } from 'node:fs';
 
@@ -124,7 +124,7 @@ function in_world_axes(scene) {
     if (body.inertiaOrientation) body.inertiaOrientation = product(body.orientation, body.inertiaOrientation);
   });
   scene.joints = scene.joints.map((joint) => shared_joint(joint, scene.bodies));
-  // What collides is a body, or a collider of the world.
+  // A unit that collides is a body, or a collider of the world.
   scene.units = scene.bodies.slice(1).map((body) => ({ body, colliders: body.colliders }));
   for (const collider of scene.bodies[0].colliders) scene.units.push({ body: scene.bodies[0], colliders: [collider] });
   const silent = new Set();

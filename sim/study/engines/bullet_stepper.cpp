@@ -15,7 +15,7 @@
 
 #include "sim/error.h"
 #include "sim/math/rotation.h"
-#include "sim/study/engines/engine_steppers.h"
+#include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 namespace {

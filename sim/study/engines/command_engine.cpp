@@ -1,4 +1,4 @@
-#include "sim/study/engines/command_engine.h"
+#include "sim/study/engines/engines.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

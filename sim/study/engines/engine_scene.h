@@ -1,12 +1,14 @@
 #pragma once
 /// A scene in the terms that physics engines share: bodies with finite masses, ball joints, hinges and fixed
 /// joints, one friction. What is beyond them is refused with the reason, so that no engine runs another
-/// scene.
+/// scene. And the functions of the engines' modules: a module is a file of its own beside the program, so
+/// that an engine is loaded when it is asked for and the program runs where it is not installed.
 
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "sim/measure/stepper.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -45,5 +47,28 @@ struct EngineAbilities {
 /// Throws Error with what cannot be represented: limits, drives, springs, restitution, several frictions,
 /// infinite moments; and what the abilities lack.
 EngineScene engine_scene(const Scene& scene, const EngineAbilities& abilities = {});
+
+/// Makes a stepper that the caller owns. Functions are found by name, so they have C linkage and return no
+/// unique_ptr. They throw Error where the engine cannot do the scene.
+using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings);
+
+extern "C" {
+
+/// ODE's direct solver (Dantzig), its defaults otherwise.
+MakeEngineStepper ode_world_step;
+/// ODE's projected successive over-relaxation, `settings.iterations` sweeps.
+MakeEngineStepper ode_quick_step;
+
+/// Bullet's sequential impulses, `settings.iterations` sweeps, warm starting and split impulse as it ships
+/// them.
+MakeEngineStepper bullet_sequential_impulse;
+/// Bullet's direct solver (Dantzig).
+MakeEngineStepper bullet_dantzig;
+
+/// MuJoCo: reduced coordinates, soft contacts, its default solver; semi-implicit Euler, or Runge–Kutta of
+/// fourth order.
+MakeEngineStepper mujoco_euler;
+MakeEngineStepper mujoco_runge_kutta;
+}
 
 }  // namespace substep

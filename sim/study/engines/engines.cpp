@@ -12,9 +12,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/stepper.h"
-#include "sim/study/engines/command_engine.h"
 #include "sim/study/engines/engine_scene.h"
-#include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
 namespace {
@@ -43,7 +41,8 @@ Scene pendulum() {
   return scene;
 }
 
-/// Why an engine's pendulum is wrong; empty: it is not. A quarter of the period is known in closed form.
+/// Returns why an engine's pendulum is wrong; empty: it is right. A quarter of the period is known in closed
+/// form.
 std::string fault_of(const MakeStepper& make, double step) {
   constexpr double quarter = 1.93333485 / 4;
   Settings settings;
@@ -65,7 +64,7 @@ std::string fault_of(const MakeStepper& make, double step) {
   return fmt::format("its pendulum's quarter period is {:.4f} s, {:.4f} s in closed form", time, quarter);
 }
 
-/// The same, of an engine that has passed the pendulum at a step.
+/// Returns a maker that refuses every scene where the engine fails the pendulum at a step.
 MakeStepper checked(MakeStepper make, double step = 1.0 / 2000) {
   struct Check {
     std::once_flag once;
@@ -208,6 +207,11 @@ std::vector<Engine> built() {
 const std::vector<Engine>& engines() {
   static const std::vector<Engine> all = built();
   return all;
+}
+
+const Engine* find_engine(std::string_view name) {
+  const auto found = std::ranges::find(engines(), name, &Engine::name);
+  return found == engines().end() ? nullptr : &*found;
 }
 
 }  // namespace substep

@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_steppers.h"
+#include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 namespace {
@@ -212,7 +212,7 @@ class MujocoStepper final : public Stepper {
       next_.q[body] = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
       next_.v[body] = {{velocity[3], velocity[4], velocity[5]}, {velocity[0], velocity[1], velocity[2]}};
     }
-    // It starts a scene anew when numbers grow too large, and says so.
+    // MuJoCo starts a scene anew when numbers grow too large, and warns.
     const bool went_wrong = data_->warning[mjWARN_BADQPOS].number > 0 ||
                             data_->warning[mjWARN_BADQVEL].number > 0 ||
                             data_->warning[mjWARN_BADQACC].number > 0;

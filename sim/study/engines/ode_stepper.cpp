@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_steppers.h"
+#include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 namespace {

@@ -13,8 +13,7 @@
 #include "golden/suite/suite.h"
 #include "sim/error.h"
 #include "sim/log/pose_log.h"
-#include "sim/study/sweep_file.h"
-#include "sim/study/sweep_record.h"
+#include "sim/study/sweep.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::golden {
