@@ -12,7 +12,6 @@
 #include "render/commands/commands.h"
 #include "render/renderer.h"
 #include "sim/commands/commands.h"
-#include "sim/commands/did_you_mean.h"
 #include "sim/commands/process.h"
 #include "sim/error.h"
 #include "sim/model/settings_fields.h"
@@ -20,26 +19,69 @@
 namespace substep {
 namespace {
 
-/// One line, whatever is in the message: scripts and people read the last line.
+/// Prints the message in one line, since scripts and people read the last line. Returns the exit code.
 int refuse(std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   fmt::print(stderr, "substep: {}\n", message);
   return bad_input;
 }
 
-std::string no_command(const CLI::App& app, const std::string& typed) {
-  const std::string guess = command_like(app, typed);
-  return fmt::format("'{}' is no command{}", typed, guess.empty() ? ": 'substep --help' lists them" : guess);
+/// Returns the edit distance: the number of letters to insert, delete, replace or swap with the next one.
+std::size_t letters_between(const std::string& a, const std::string& b) {
+  std::vector least(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        least[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = least[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      least[i][j] = std::min({replaced, least[i - 1][j] + 1, least[i][j - 1] + 1});
+      const bool is_swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (is_swapped) least[i][j] = std::min(least[i][j], least[i - 2][j - 2] + 1);
+    }
+  }
+  return least[a.size()][b.size()];
 }
 
-/// Says what cannot be understood, and what may have been meant.
+/// Returns the nearest of the names within two letters of what was typed, or "".
+std::string nearest(const std::vector<std::string>& names, const std::string& typed) {
+  const auto distance = [&](const std::string& name) { return letters_between(name, typed); };
+  const auto found = std::ranges::min_element(names, {}, distance);
+  return found == names.end() || distance(*found) > 2 ? "" : *found;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* const command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
+}
+
+/// Returns the message on a command that does not exist, with the command that may have been meant.
+std::string no_command(const CLI::App& app, const std::string& typed) {
+  const std::string name = nearest(command_names(app), typed);
+  return fmt::format("'{}' is no command: {}", typed,
+                     name.empty() ? "'substep --help' lists them" : fmt::format("did you mean '{}'?", name));
+}
+
+/// Returns the message on words that cannot be understood, with the option that may have been meant.
 std::string complaint(const CLI::App& app, const std::vector<std::string>& words,
                       const CLI::ParseError& error) {
   if (app.get_subcommands().empty() && words[0][0] != '-') return no_command(app, words[0]);
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
-  const std::string guess = option_like(*command, words);
-  return guess.empty() ? fmt::format("{} (--help lists what can be given)", error.what()) : guess;
+  std::vector<std::string> names;
+  for (const CLI::Option* const option : command->get_options()) {
+    if (!option->get_lnames().empty()) names.push_back("--" + option->get_lnames().front());
+  }
+  for (const std::string& word : words) {
+    const std::string typed = word.substr(0, word.find('='));
+    if (!typed.starts_with("--") || std::ranges::find(names, typed) != names.end()) continue;
+    const std::string name = nearest(names, typed);
+    if (!name.empty()) return fmt::format("{}: did you mean {}?", typed, name);
+  }
+  return fmt::format("{} (--help lists what can be given)", error.what());
 }
 
 int run(int argc, char** argv) {
@@ -74,7 +116,9 @@ int run(int argc, char** argv) {
   // "help COMMAND" is "COMMAND --help".
   if (words[0] == "help") {
     words.erase(words.begin());
-    if (!words.empty() && !is_command(app, words[0])) return refuse(no_command(app, words[0]));
+    const std::vector<std::string> names = command_names(app);
+    const bool is_command = words.empty() || std::ranges::find(names, words[0]) != names.end();
+    if (!is_command) return refuse(no_command(app, words[0]));
     words.emplace_back("--help");
   }
   try {

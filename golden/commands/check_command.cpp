@@ -10,7 +10,7 @@
 #include "golden/commands/commands.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/report.h"
-#include "sim/commands/progress.h"
+#include "sim/commands/output.h"
 
 namespace substep::golden {
 namespace {

@@ -11,7 +11,7 @@
 #include "render/video/labels.h"
 #include "render/video/panel.h"
 #include "render/video/titles.h"
-#include "sim/commands/warnings.h"
+#include "sim/commands/output.h"
 #include "sim/error.h"
 #include "sim/log/pose_table.h"
 #include "sim/model/state.h"

@@ -10,7 +10,7 @@
 
 #include "render/video/comparison.h"
 #include "sim/commands/options.h"
-#include "sim/commands/progress.h"
+#include "sim/commands/output.h"
 #include "sim/log/pose_log.h"
 
 namespace substep::render {

@@ -13,7 +13,7 @@
 #include "render/player/player_page.h"
 #include "render/site/site.h"
 #include "render/video/composition.h"
-#include "sim/commands/progress.h"
+#include "sim/commands/output.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 

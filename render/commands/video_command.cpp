@@ -13,7 +13,7 @@
 #include "render/commands/options.h"
 #include "render/video/composition.h"
 #include "render/video/video.h"
-#include "sim/commands/progress.h"
+#include "sim/commands/output.h"
 #include "sim/error.h"
 
 namespace substep::render {

@@ -12,10 +12,8 @@
 #include <utility>
 
 #include "sim/commands/commands.h"
-#include "sim/commands/csv_lines.h"
 #include "sim/commands/options.h"
-#include "sim/commands/progress.h"
-#include "sim/commands/warnings.h"
+#include "sim/commands/output.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_table.h"
@@ -41,16 +39,16 @@ struct MeasureOptions {
   bool brief = false;
   bool all = false;
   bool markdown = false;
-  std::optional<fs::path> output;
+  OutputOption output;
   std::optional<fs::path> reference;
   std::optional<fs::path> run;
 };
 
-/// The usual settings with what was typed.
+/// Returns the usual settings with the typed ones.
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
   Settings settings = usual_settings(scene, algorithm);
   options.solver.apply_to(settings);
-  // As many row solves as the others have.
+  // Give A2 as many row solves as the others have.
   if (algorithm == Algorithm::a2 && (options.solver.has("substeps") || options.solver.has("iterations"))) {
     if (!options.solver.has("iterations")) settings.iterations = 1;
     settings.iterations *= settings.substeps;
@@ -59,9 +57,9 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   return settings;
 }
 
-/// A1 with steps so small that it has as many row solves as the others have, a hundredth more at most;
-/// nothing where it has them at its own step. Rows of contacts are counted once a pivot: no rule says how
-/// many there will be.
+/// Returns A1 with steps so small that it has as many row solves as the others have, a hundredth more at
+/// most; nothing where it has them at its own step. Rows of contacts are counted once a pivot, so their
+/// number must be measured.
 std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMotion& reference,
                                            std::int64_t rows, const MeasuredSettings& direct) {
   const auto most = static_cast<double>(rows) * 1.01;
@@ -73,18 +71,6 @@ std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMo
     if (static_cast<double>(finer.metrics.row_solves) <= most) return finer;
   }
   return std::nullopt;
-}
-
-/// Beside A2 with n·m sweeps of one step: one sweep of each n·m-th of it, which has as many row solves too.
-Settings in_small_steps(Settings settings) {
-  settings.step /= settings.iterations;
-  settings.iterations = 1;
-  return settings;
-}
-
-std::string brief_text(const SceneMeasurement& measurement, bool markdown) {
-  const TextTable table = brief_table(measurement);
-  return markdown ? to_markdown(table) : to_text(table);
 }
 
 /// Returns the reference as CSV: a line a sample and body.
@@ -106,7 +92,7 @@ ReferenceMotion reference_of(const MeasureOptions& options, const Scene& scene, 
 
 /// Writes the reference's motion, or throws where there is none.
 void write_reference(const MeasureOptions& options, const Scene& scene) {
-  const std::filesystem::path& file = *options.reference;
+  const fs::path& file = *options.reference;
   require_folder_of(file);
   options.scene.require_separate({{"--reference", file}});
   ReferenceMotion reference;
@@ -129,15 +115,18 @@ void write_reference(const MeasureOptions& options, const Scene& scene) {
   }
 }
 
-/// The settings of the algorithms that are measured.
+/// Returns the settings of the algorithms that are measured.
 std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene& scene) {
   std::vector<MeasuredSettings> runs;
   for (const Algorithm algorithm : algorithms) {
     runs.push_back({settings_of(options, scene, algorithm), "", {}, {}});
     if (options.equal_rows && algorithm == Algorithm::a2) {
       Settings& swept = runs.back().settings;
-      const Settings in_steps = in_small_steps(swept);
-      // Count the step's parts, which taut joints may divide.
+      // Beside n·m sweeps of one step, one sweep of each n·m-th of it has as many row solves.
+      Settings in_steps = swept;
+      in_steps.step /= swept.iterations;
+      in_steps.iterations = 1;
+      // Count the parts of a step, which taut joints may divide.
       swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
       runs.push_back({in_steps, "", {}, {}});
     }
@@ -146,27 +135,56 @@ std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene
   return runs;
 }
 
-void measure_scene(const MeasureOptions& options) {
-  Scene scene = options.scene.load();
-  if (!options.run) note_cost_of_a1(scene);
-  scene.duration = options.solver.seconds(scene);
-  const double horizon = seconds_in(options.horizon, "--horizon");
+/// Measures the runs, or the states of a pose table in their place.
+void measure_runs(const MeasureOptions& options, const Scene& scene, std::vector<State> states,
+                  SceneMeasurement& measurement) {
+  Progress progress;
+  progress.show("reference", 0);
+  const double horizon = std::min(seconds_in(options.horizon, "--horizon"), scene.duration);
+  const ReferenceMotion& reference = measurement.reference = reference_of(options, scene, horizon);
+  measurement.stands = stands(scene, reference);
+  measurement.driven = is_driven(scene);
+  std::vector<MeasuredSettings>& runs = measurement.runs;
+  double done = 0;
+  for (MeasuredSettings& run : runs) {
+    progress.show("measuring", done++ / static_cast<double>(runs.size()));
+    run.metrics = options.run ? measure(scene, *recorded_stepper(std::move(states)), scene.step, reference)
+                              : measure(scene, run.settings, reference);
+  }
+  if (options.equal_rows) {
+    const std::int64_t rows = runs.back().metrics.row_solves;
+    if (auto finer = spend_rows(scene, reference, rows, runs.front()))
+      runs.insert(runs.begin() + 1, std::move(*finer));
+  }
+  if (options.times == 0) return;
+  for (MeasuredSettings& run : runs) run.times = time_run(scene, run.settings, options.times);
+}
+
+/// Throws Error for options that cannot be used, or not together.
+void check_options(const MeasureOptions& options, const Scene& scene) {
   if (!(scene.duration >= scene.step && scene.duration <= 3600)) {
     throw Error(
         fmt::format("duration {:g} s: from the scene's step, {:g} s, to 3600 s", scene.duration, scene.step));
   }
-  if (options.reference) return write_reference(options, scene);
+  const double horizon = seconds_in(options.horizon, "--horizon");
+  if (options.reference) return;
   if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
-  if (options.output) {
-    require_folder_of(*options.output);
-    options.scene.require_separate({{"--output", *options.output}});
-  }
+  options.output.require_folder();
+  if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
+  if (options.run && (options.times > 0 || options.equal_rows))
+    throw Error("--run: is measured without --times and --equal-rows");
+}
+
+void measure_scene(const MeasureOptions& options) {
+  Scene scene = options.scene.load();
+  if (!options.run) note_cost_of_a1(scene);
+  scene.duration = options.solver.seconds(scene);
+  check_options(options, scene);
+  if (options.reference) return write_reference(options, scene);
   SceneMeasurement measurement;
   std::vector<State> states;
   if (options.run) {
-    if (options.times > 0 || options.equal_rows)
-      throw Error("--run: is measured without --times and --equal-rows");
     states = read_pose_table(*options.run, scene, scene.step);
     scene.duration = std::min(scene.duration, static_cast<double>(states.size() - 1) * scene.step);
     measurement.runs.push_back({{.step = scene.step}, options.run->stem().string(), {}, {}});
@@ -177,42 +195,18 @@ void measure_scene(const MeasureOptions& options) {
   measurement.size = size_of(scene);
   measurement.duration = scene.duration;
   measurement.modelled = Simulation(scene, measurement.runs.front().settings).modelled();
-  {
-    Progress progress;
-    progress.show("reference", 0);
-    measurement.reference = reference_of(options, scene, std::min(horizon, scene.duration));
-    measurement.stands = stands(scene, measurement.reference);
-    measurement.driven = is_driven(scene);
-    double done = 0;
-    for (MeasuredSettings& run : measurement.runs) {
-      progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));
-      run.metrics = options.run ? measure(scene, *recorded_stepper(std::move(states)), scene.step,
-                                          measurement.reference)
-                                : measure(scene, run.settings, measurement.reference);
-    }
-    if (options.equal_rows) {
-      const std::int64_t rows = measurement.runs.back().metrics.row_solves;
-      if (auto finer = spend_rows(scene, measurement.reference, rows, measurement.runs.front()))
-        measurement.runs.insert(measurement.runs.begin() + 1, std::move(*finer));
-    }
-    if (options.times > 0) {
-      for (MeasuredSettings& run : measurement.runs) run.times = time_run(scene, run.settings, options.times);
-    }
-  }
-  const std::string text = options.brief      ? brief_text(measurement, options.markdown)
-                           : options.markdown ? to_markdown(measurement, options.all)
-                                              : to_table(measurement, options.all);
-  if (options.output) {
-    write_file(*options.output, text);
-    fmt::print("wrote {}\n", options.output->string());
+  measure_runs(options, scene, std::move(states), measurement);
+  if (options.brief) {
+    const TextTable table = brief_table(measurement);
+    options.output.write(options.markdown ? to_markdown(table) : to_text(table));
   } else {
-    fmt::print("{}", text);
+    options.output.write(options.markdown ? to_markdown(measurement, options.all)
+                                          : to_table(measurement, options.all));
   }
   for (const MeasuredSettings& run : measurement.runs) {
-    if (!run.metrics.diverged) {
-      warn_of(scene, run.author.empty() ? label(run.settings) : run.author,
-              violations(scene, run.settings, run.metrics));
-    }
+    if (run.metrics.diverged) continue;
+    warn_of(scene, run.author.empty() ? label(run.settings) : run.author,
+            violations(scene, run.settings, run.metrics));
   }
 }
 
@@ -238,7 +232,7 @@ void add_measure_command(CLI::App& app) {
   command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
-  command->add_option("--output", options->output, "Write to this file instead of the terminal");
+  options->output.add_to(*command);
   command->add_option("--run", options->run, "Measure the run of a pose table (.csv) instead");
   command->add_option("--reference", options->reference,
                       "Measure nothing, but write the reference's motion to this .csv file");

@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* solving = "Solving ('substep help settings')";
 
+constexpr double longest_usual_step = 0.25;  // s: a longer one is more likely a rate
+
 }  // namespace
 
 double seconds_in(const std::string& text, const std::string& option) {
@@ -28,17 +30,21 @@ double seconds_in(const std::string& text, const std::string& option) {
   return *value;
 }
 
-ImageSize image_size_in(const std::string& text) {
-  ImageSize size;
+std::optional<std::pair<int, int>> two_numbers_in(std::string_view text, char separator) {
+  std::pair<int, int> numbers;
   const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.width);
-  const bool times = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
-  const auto height = times ? std::from_chars(width.ptr + 1, end, size.height) : width;
-  if (!times || height.ec != std::errc{} || height.ptr != end || size.width < 1 || size.height < 1 ||
-      size.width > 32768 || size.height > 32768) {
+  const auto first = std::from_chars(text.data(), end, numbers.first);
+  if (first.ec != std::errc{} || first.ptr == end || *first.ptr != separator) return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, numbers.second);
+  if (second.ec != std::errc{} || second.ptr != end) return std::nullopt;
+  return numbers;
+}
+
+ImageSize image_size_in(const std::string& text) {
+  const auto [width, height] = two_numbers_in(text, 'x').value_or(std::pair(0, 0));
+  if (std::min(width, height) < 1 || std::max(width, height) > 32768)
     throw Error(fmt::format("--size '{}': give width and height up to 32768, such as 1280x720", text));
-  }
-  return size;
+  return {width, height};
 }
 
 void SolverOptions::add_to(CLI::App& command) {
@@ -75,12 +81,6 @@ bool SolverOptions::has(std::string_view field) const {
   return std::ranges::any_of(
       in_set(), [&](const auto& setting) { return is_called(field_named(field), setting.first); });
 }
-
-namespace {
-
-constexpr double longest_usual_step = 0.25;  // s: a longer one is more likely a rate
-
-}  // namespace
 
 void SolverOptions::apply_to(Settings& settings) const {
   for (const auto& [name, text] :
@@ -186,7 +186,7 @@ void SceneOptions::require_separate(const std::vector<GivenFile>& outputs) const
   const bool replaces =
       std::ranges::any_of(outputs, [&](const GivenFile& output) { return fs::exists(output.file, none); });
   std::vector<GivenFile> inputs;
-  // What is not there yet is no input.
+  // A file that does not exist yet is no input.
   if (replaces) {
     for (const fs::path& input : scene_files(file)) inputs.push_back({"what the scene is read from", input});
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim/loading/load_scene.h"
@@ -21,6 +22,9 @@ struct Sweep;
 
 /// Reads seconds: "0.01" or "1/60". `option` is for the message. Throws Error.
 double seconds_in(const std::string& text, const std::string& option);
+
+/// Reads two whole numbers with a separator between them, such as "2/8". Returns nothing for other text.
+std::optional<std::pair<int, int>> two_numbers_in(std::string_view text, char separator);
 
 struct ImageSize {
   int width = 1280;

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +12,8 @@
 #include <vector>
 
 #include "sim/commands/commands.h"
-#include "sim/commands/csv_lines.h"
 #include "sim/commands/options.h"
-#include "sim/commands/progress.h"
-#include "sim/commands/warnings.h"
+#include "sim/commands/output.h"
 #include "sim/direct/mlcp.h"
 #include "sim/error.h"
 #include "sim/loading/scene_settings.h"
@@ -38,26 +37,7 @@ struct RunOptions {
   bool strict = false;
 };
 
-/// The CSV table: a line for each step and dynamic body.
-class CsvTable {
- public:
-  CsvTable(const fs::path& file, const Scene& scene, double step)
-      : output_(file), scene_(scene), step_(step) {
-    output_.write(fmt::format("{}\n", csv_columns));
-  }
-
-  /// Call for each step from 0 on.
-  void add(int step, const State& state) { output_.write(csv_lines(scene_, state, step * step_)); }
-
-  void publish() { output_.publish(); }
-
- private:
-  OutputFile output_;
-  const Scene& scene_;
-  double step_;
-};
-
-/// The warnings of a run, which are errors with --strict.
+/// The figures and warnings of a run; warnings are errors with --strict.
 class RunSummary {
  public:
   explicit RunSummary(const Simulation& simulation)
@@ -97,13 +77,23 @@ class RunSummary {
     }
   }
 
-  /// Returns the violations of the motion.
-  std::vector<Violation> found() const { return violations(scene_, settings_, metrics_); }
-
-  /// Returns which steps are errors with --strict; empty: none.
-  std::string complaint() const {
-    if (least_squares_ == 0) return "";
-    return fmt::format("{} steps solved in the least-squares sense only", least_squares_);
+  /// Prints the violations that are no errors. Returns the others and how the run ended, in words; empty: the
+  /// run is good. `doubt` has been printed.
+  std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
+    std::vector<std::string> errors;
+    if (end != "ok") errors.push_back(end);
+    std::vector<Violation> warnings;
+    for (const Violation& violation : violations(scene_, settings_, metrics_)) {
+      if (is_strict || violation.severity == Violation::Severity::torn) {
+        errors.push_back(violation.text);
+      } else if (!end.starts_with("diverged") && violation.text != doubt) {
+        warnings.push_back(violation);
+      }
+    }
+    if (is_strict && least_squares_ > 0)
+      errors.push_back(fmt::format("{} steps solved in the least-squares sense only", least_squares_));
+    warn_of(scene_, label(settings_), warnings);
+    return fmt::format("{}", fmt::join(errors, "; "));
   }
 
  private:
@@ -118,7 +108,7 @@ class RunSummary {
   double residual_ = 0;    // the largest
 };
 
-/// The outputs, of which none may be another or the scene's.
+/// Throws Error where an output is another or the scene's, or cannot be made.
 void require_outputs(const RunOptions& options, const fs::path& output, const fs::path& problem) {
   require_folder_of(output);
   std::vector<GivenFile> outputs{{"--output", output}, {"the unsolved problem", problem}};
@@ -141,18 +131,20 @@ void run(const RunOptions& options) {
   const std::string doubt = doubt_about_substeps(scene, settings);
   if (!doubt.empty() && !options.strict)
     warn_of(scene, label(settings), {{doubt, Violation::Severity::warning}});
-  std::optional<CsvTable> table;
-  if (options.csv) table.emplace(*options.csv, scene, settings.step);
-
   Simulation simulation(scene, settings);
-  if (table) table->add(0, simulation.state());
+  std::optional<OutputFile> table;
+  const auto add_to_table = [&](int step) {
+    if (table) table->write(csv_lines(scene, simulation.state(), step * settings.step));
+  };
+  if (options.csv) table.emplace(*options.csv).write(fmt::format("{}\n", csv_columns));
+  add_to_table(0);
   std::string unsolved;
   RunSummary summary(simulation);
   WrittenRun written;
   {
     Progress progress;
     written = record_to(output, simulation, steps, options.every, [&](int frame, const StepReport& report) {
-      if (table) table->add(frame, simulation.state());
+      add_to_table(frame);
       summary.add(frame, report, simulation.state());
       if (report.status == StepReport::Status::unsolved && unsolved.empty())
         unsolved = simulation.last_problem();
@@ -166,22 +158,8 @@ void run(const RunOptions& options) {
   if (const int parts = simulation.equal_parts(); parts > 1) {
     fmt::print("a step was taken in up to {} parts: {}\n", parts, reason_of_parts);
   }
-  const bool diverged = written.end.starts_with("diverged");
-  summary.print(written.last_frame, diverged);
-  std::string message = written.end == "ok" ? "" : written.end;
-  const auto add = [&message](const std::string& text) {
-    if (!text.empty()) message += fmt::format("{}{}", message.empty() ? "" : "; ", text);
-  };
-  std::vector<Violation> warnings;
-  for (const Violation& violation : summary.found()) {
-    if (options.strict || violation.severity == Violation::Severity::torn) {
-      add(violation.text);
-    } else if (!diverged && violation.text != doubt) {
-      warnings.push_back(violation);
-    }
-  }
-  if (options.strict) add(summary.complaint());
-  warn_of(scene, label(settings), warnings);
+  summary.print(written.last_frame, written.end.starts_with("diverged"));
+  std::string message = summary.judge(written.end, options.strict, doubt);
   if (message.empty()) return;
   message = fmt::format("{}: {} {}", scene.name, label(settings), message);
   if (!unsolved.empty()) {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,7 +10,7 @@
 
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
-#include "sim/commands/progress.h"
+#include "sim/commands/output.h"
 #include "sim/error.h"
 #include "sim/execution/child_process.h"
 #include "sim/study/sweep.h"
@@ -29,18 +28,6 @@ struct SweepCommand {
   std::optional<int> slurm;
   bool merge = false;
 };
-
-/// Reads "2/8": the second of eight parts.
-void read_part(const std::string& text, SweepOptions& options) {
-  const char* const end = text.data() + text.size();
-  const auto part = std::from_chars(text.data(), end, options.part);
-  const bool has_slash = part.ec == std::errc{} && part.ptr != end && *part.ptr == '/';
-  const auto parts = has_slash ? std::from_chars(part.ptr + 1, end, options.parts) : part;
-  if (!has_slash || parts.ec != std::errc{} || parts.ptr != end || options.part < 1 || options.parts < 1 ||
-      options.part > options.parts) {
-    throw Error(fmt::format("--job '{}': give the part and how many there are, such as 2/8", text));
-  }
-}
 
 /// Submits a job array to Slurm, each of whose tasks does a part.
 void submit(const SweepCommand& command, int tasks) {
@@ -75,7 +62,13 @@ void submit(const SweepCommand& command, int tasks) {
 }
 
 void run(SweepCommand& command) {
-  if (command.job) read_part(*command.job, command.options);
+  if (command.job) {
+    const auto [part, parts] = two_numbers_in(*command.job, '/').value_or(std::pair(0, 0));
+    if (part < 1 || part > parts)
+      throw Error(fmt::format("--job '{}': give the part and how many there are, such as 2/8", *command.job));
+    command.options.part = part;
+    command.options.parts = parts;
+  }
   if (command.merge + command.job.has_value() + command.slurm.has_value() > 1) {
     throw Error("--job, --slurm and --merge: give one of them");
   }
