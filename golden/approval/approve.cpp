@@ -1,12 +1,13 @@
 #include "golden/approval/approve.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <ctime>
 #include <utility>
 
-#include "golden/check/check_results.h"
+#include "golden/check/check.h"
 #include "golden/compare/provenance.h"
 #include "golden/suite/sidecar.h"
 #include "golden/suite/suite.h"
@@ -25,27 +26,10 @@ struct NewGolden {
   std::string content;
 };
 
-[[noreturn]] void refuse(const Json& entry, const std::string& why) {
-  throw Error(
-      fmt::format("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why));
-}
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
-}
-
-/// Returns the file's content; empty where there is no file.
-std::string content_of(const fs::path& file) {
-  return fs::exists(file) ? read_bytes(file) : std::string();
-}
-
 /// Returns the path `text` of results.json, which may come from elsewhere, below `folder`.
 fs::path inside(const fs::path& folder, const std::string& text) {
   const fs::path path = text;
-  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
+  if (path.is_absolute() || std::ranges::find(path, "..") != path.end()) {
     throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
   }
   return folder / path;
@@ -74,42 +58,40 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
 /// Adds when and why the case was approved; the repository has the approvals before. A case that passes has
 /// the same states and pictures: its approval stays, whatever of its files is written anew.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
-  const bool has_old = old.is_object() && old.contains("approved");
-  if (has_old && entry.at("verdict") == "pass") {
+  if (old.is_object() && old.contains("approved") && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");
     sidecar["approved"] = old.at("approved");
   } else {
-    sidecar["approved"] = {{"date", today()}, {"reason", reason}};
+    sidecar["approved"] = {{"date", fmt::format("{:%F}", fmt::gmtime(std::time(nullptr)))},
+                           {"reason", reason}};
   }
 }
 
 /// Returns what is to be written for one case, the sidecar last; empty when its goldens are those of the
-/// check already.
+/// check already. Throws Error where the case cannot be approved.
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
                                    const fs::path& suite_folder) {
-  const auto refusal = entry.at("refusal").get<std::string>();
-  if (!refusal.empty()) refuse(entry, refusal);
+  const auto refuse = [&](const std::string& why) {
+    throw Error(
+        fmt::format("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why));
+  };
+  if (const auto refusal = entry.at("refusal").get<std::string>(); !refusal.empty()) refuse(refusal);
   std::vector<NewGolden> files;
   for (const Json& candidate : entry.at("candidates")) {
     const fs::path from = inside(options.output, candidate.at("from"));
     const fs::path to = inside(suite_folder, candidate.at("to"));
-    const std::string content = content_of(from);
-    if (content_hash(content) != candidate.at("from_hash")) {
-      refuse(entry,
-             fmt::format("{} is no longer what the check left: run 'substep check' again", from.string()));
-    }
-    const std::string golden = content_of(to);
+    std::string content = content_of(from).value_or("");
+    if (content_hash(content) != candidate.at("from_hash"))
+      refuse(fmt::format("{} is no longer what the check left: run 'substep check' again", from.string()));
+    const std::string golden = content_of(to).value_or("");
     if (holds(to, golden, content)) continue;
-    if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.at("to_hash")) {
-      refuse(entry,
-             fmt::format("{} is no longer what the check saw: run 'substep check' again", to.string()));
-    }
-    const bool is_picture = to.extension() == ".png";
-    files.push_back(
-        {to, is_picture ? render::to_small_png(render::from_png(content, from.string())) : content});
+    if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.at("to_hash"))
+      refuse(fmt::format("{} is no longer what the check saw: run 'substep check' again", to.string()));
+    if (to.extension() == ".png") content = render::to_small_png(render::from_png(content, from.string()));
+    files.push_back({to, std::move(content)});
   }
   const fs::path sidecar_file = inside(suite_folder, entry.at("sidecar_file"));
-  const Json old = Json::parse(content_of(sidecar_file), nullptr, false);
+  const Json old = Json::parse(content_of(sidecar_file).value_or(""), nullptr, false);
   Json sidecar = entry.at("sidecar");
   if (!files.empty() || !old.is_object() || essence(old) != essence(sidecar)) {
     note_approval(entry, old, options.reason, sidecar);
@@ -118,34 +100,33 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   return files;
 }
 
-/// Refuses whatever can be refused, before anything is written.
-std::vector<std::vector<NewGolden>> all_new_goldens(const Json& results, const ApproveOptions& options,
-                                                    const fs::path& suite_folder, Approval& approval) {
-  std::vector<std::vector<NewGolden>> cases;
-  for (const Json& entry : results.at("cases")) {
+/// Returns what is to be written for all chosen cases. Refuses whatever can be refused, before anything is
+/// written.
+std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
+                                       const fs::path& suite, Approval& approval) {
+  if (results.at("suite_hash") != content_hash(read_bytes(suite))) {
+    throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
+                            options.suite.string()));
+  }
+  const Json& cases = results.at("cases");
+  for (const std::string& wanted : options.cases) {
+    if (std::ranges::none_of(cases, [&](const Json& entry) { return entry.at("name") == wanted; }))
+      throw Error(fmt::format("the last check had no case '{}'", wanted));
+  }
+  std::vector<NewGolden> all;
+  for (const Json& entry : cases) {
     const auto name = entry.at("name").get<std::string>();
-    const bool is_named = std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
+    const bool is_named = std::ranges::find(options.cases, name) != options.cases.end();
     const bool passed = entry.at("verdict") == "pass";
     if (!is_named && (!options.all_failed || passed)) continue;
     // The sidecar of a case that passes may be out of date.
     const bool is_up_to_date = passed && !entry.contains("sidecar");
     std::vector<NewGolden> files;
-    if (!is_up_to_date) files = new_goldens(entry, options, suite_folder);
-    if (files.empty()) {
-      approval.already_good.push_back(name);
-    } else {
-      cases.push_back(std::move(files));
-    }
+    if (!is_up_to_date) files = new_goldens(entry, options, suite.parent_path());
+    if (files.empty()) approval.already_good.push_back(name);
+    std::ranges::move(files, std::back_inserter(all));
   }
-  return cases;
-}
-
-void require_case(const Json& results, const std::string& wanted) {
-  const Json& cases = results.at("cases");
-  if (std::none_of(cases.begin(), cases.end(),
-                   [&](const Json& entry) { return entry.at("name") == wanted; })) {
-    throw Error(fmt::format("the last check had no case '{}'", wanted));
-  }
+  return all;
 }
 
 }  // namespace
@@ -157,27 +138,19 @@ Approval approve(const ApproveOptions& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
     throw Error("approve needs a reason: --reason \"why the goldens change\"");
   }
-  const fs::path suite = suite_file(options.suite);
   const Json results = read_results(options.output);
   Approval approval;
-  std::vector<std::vector<NewGolden>> cases;
+  std::vector<NewGolden> files;
   try {
-    if (results.at("suite_hash") != content_hash(read_bytes(suite))) {
-      throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
-                              options.suite.string()));
-    }
-    for (const std::string& wanted : options.cases) require_case(results, wanted);
-    cases = all_new_goldens(results, options, suite.parent_path(), approval);
+    files = all_new_goldens(results, options, suite_file(options.suite), approval);
   } catch (const Json::exception& error) {
     throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})",
                             results_file(options.output).string(), error.what()));
   }
-  for (const std::vector<NewGolden>& files : cases) {
-    for (const NewGolden& file : files) {
-      fs::create_directories(file.file.parent_path());
-      write_file(file.file, file.content);
-      approval.written.push_back(file.file);
-    }
+  for (const NewGolden& file : files) {
+    fs::create_directories(file.file.parent_path());
+    write_file(file.file, file.content);
+    approval.written.push_back(file.file);
   }
   return approval;
 }

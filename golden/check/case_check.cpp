@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <utility>
+#include <new>
 
 #include "golden/check/case_context.h"
-#include "golden/suite/scene_parts.h"
 #include "render/player/player_page.h"
+#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_table.h"
 #include "sim/simulation.h"
@@ -37,8 +37,7 @@ std::string approved_track_hash(const CaseContext& work) {
 /// them.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
-  return (images.empty() || work.is_exact_here()) &&
-         std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
+  return (images.empty() || work.is_exact_here()) && std::ranges::all_of(images, [](const auto& image) {
            return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
          });
 }
@@ -47,7 +46,7 @@ bool draws_its_goldens(const CaseContext& work) {
 bool is_up_to_date(const CaseContext& work) {
   // A run within its tolerance is no reason for other notes.
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  return work.sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
+  return work.sidecar.scene_hash == hash_text(work.scene.hash) &&
          work.sidecar.parts == scene_parts(work.scene) &&
          work.sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
          work.sidecar.track_hash == approved_track_hash(work);
@@ -84,7 +83,7 @@ void write_motion_page(CaseContext& work) {
   comparison.reference = std::move(golden);
   comparison.strip = render::Strip::error;
   result.player = "player.html";
-  write_below(result.files, result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
+  work.write(result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
 }
 
 /// Returns the log of a run made elsewhere.
@@ -118,32 +117,30 @@ PoseLog own_log(const CaseContext& work, Tracker& tracker) {
                 [&](int, const StepReport&) { tracker.add(simulation.state()); });
 }
 
-void add_candidate(CheckedCase& checked, const fs::path& from, const fs::path& to) {
-  checked.candidates.push_back({from, content_hash(read_bytes(from)), to,
-                                fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
+void add_candidate(const fs::path& from, const fs::path& to, CaseResult& result) {
+  result.candidates.push_back({from, content_hash(read_bytes(from)), to,
+                               fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
 }
 
-void add_log_candidates(const CaseContext& work, CheckedCase& checked) {
+void add_log_candidates(CaseContext& work) {
   const PoseResult& poses = work.result.poses;
   // A run within its tolerance is no reason for another golden.
   if (poses.passes && poses.motion.judgement != PoseJudgement::exact) return;
   const SuiteCase& entry = work.result.entry;
   const std::string text = to_text(*work.live);
-  if (!poses.has_golden || text != read_bytes(entry.pose_file)) {
-    add_candidate(checked, write_below(work.result.files, "actual.poses", text), entry.pose_file);
-  }
+  if (!poses.has_golden || text != read_bytes(entry.pose_file))
+    add_candidate(work.write("actual.poses", text), entry.pose_file, work.result);
   if (has_equal_track(work)) return;
-  add_candidate(checked, write_below(work.result.files, "actual.track", to_bytes(*work.live_track)),
-                entry.track_file);
+  add_candidate(work.write("actual.track", to_bytes(*work.live_track)), entry.track_file, work.result);
 }
 
 /// Writes the files that approving would copy. Returns the reason that forbids approving; empty where there
 /// is none.
-std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
+std::string prepare_approval(CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
-  add_log_candidates(work, checked);
+  add_log_candidates(work);
   const bool from_live = !work.new_images.empty();
-  std::vector<ApprovablePicture> pictures;
+  std::vector<Sidecar::Picture> pictures;
   for (std::size_t i = 0; i < entry.images.size(); ++i) {
     const ImageResult& image = work.result.images[i];
     const Drawing& drawing = from_live ? work.new_images[i] : work.drawn[i];
@@ -151,17 +148,16 @@ std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
       return fmt::format("the run has no frame {}: it ended \"{}\"", image.frame, work.live->end);
     }
     if (is_blank(drawing.picture)) return fmt::format("frame {} is blank", image.frame);
-    pictures.push_back({&drawing.picture, body_extents(drawing.bodies)});
+    pictures.push_back({image.frame, hash_text(hash(drawing.picture)), body_extents(drawing.bodies)});
     const fs::path golden = entry.image_file(image.frame);
     const bool is_unchanged = (image.passes && !from_live) ||
                               (image.has_golden && render::read_png(golden).rgb == drawing.picture.rgb);
     if (is_unchanged) continue;
-    add_candidate(checked,
-                  work.result.files / fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual"),
-                  golden);
+    const std::string file = fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual");
+    add_candidate(work.result.files / file, golden, work.result);
   }
-  const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)), approved_track_hash(work)};
-  checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
+  work.result.sidecar =
+      make_sidecar(entry, *work.live, approved_track_hash(work), work.scene, pictures, work.made_with);
   if (entry.images.empty() || work.made_with.is_pinned || entry.any_renderer) return {};
   return "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
 }
@@ -170,21 +166,14 @@ std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
 void clear(const fs::path& folder) {
   std::error_code none;
   for (const auto& file : fs::directory_iterator(folder, none)) {
-    const auto extension = file.path().extension();
-    if (extension == ".png" || extension == ".poses" || extension == ".track" || extension == ".html") {
-      fs::remove(file.path());
+    for (const char* const extension : {".png", ".poses", ".track", ".html"}) {
+      if (file.path().extension() == extension) fs::remove(file.path());
     }
   }
 }
 
-}  // namespace
-
-fs::path write_below(const fs::path& folder, const std::string& name, std::string_view bytes) {
-  fs::create_directories(folder);
-  write_file(folder / name, bytes);
-  return folder / name;
-}
-
+/// Reads sidecar, golden log and track, and notes which of them are not those that were approved. Throws
+/// Error when one is damaged.
 void load_goldens(CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
   work.sidecar = read_sidecar(entry.sidecar);
@@ -201,6 +190,7 @@ void load_goldens(CaseContext& work) {
   if (work.golden_track) compare(entry.track_file, work.sidecar.track_hash);
 }
 
+/// Simulates, and compares with the golden log.
 void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
   const SuiteCase& entry = work.result.entry;
@@ -231,39 +221,59 @@ void check_poses(CaseContext& work) {
   }
 }
 
-CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
-                       const Scene& scene) {
-  const auto start = std::chrono::steady_clock::now();
-  CaseContext work{options, made_with, scene, {}, {}, {}, {}, {}, {}, {}, {}, {}};
-  work.result.entry = entry;
-  work.result.entry.settings = entry.settings_for(scene);
-  work.result.step = work.result.entry.settings.step;
-  work.result.files = options.output / entry.name;
-  clear(work.result.files);
-  load_goldens(work);
-  check_poses(work);
-  if (!entry.images.empty()) check_images(work);
-  decide(work);
-  write_motion_page(work);
-  const bool is_complete =
-      work.result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
-  CheckedCase checked{work.result, {}, {}};
-  if (!is_complete) checked.result.refusal = prepare_approval(work, checked);
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  checked.result.seconds = spent.count();
-  return checked;
+}  // namespace
+
+fs::path CaseContext::write(const std::string& name, std::string_view bytes) const {
+  fs::create_directories(result.files);
+  write_file(result.files / name, bytes);
+  return result.files / name;
 }
 
-CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why) {
-  CheckedCase checked;
-  CaseResult& result = checked.result;
+CaseChecker::CaseChecker(const CheckPlan& plan)
+    : output_(plan.options.output),
+      made_with_(golden::made_with(
+          std::ranges::any_of(plan.cases, [](const SuiteCase& entry) { return !entry.images.empty(); }))) {}
+
+CaseResult CaseChecker::check(const SuiteCase& entry) {
+  try {
+    if (!scene_ || scene_file_ != entry.scene) {
+      scene_.reset();
+      scene_.emplace(load_scene(entry.scene));
+      scene_file_ = entry.scene;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    CaseContext work{made_with_, *scene_};
+    CaseResult& result = work.result;
+    result.entry = entry;
+    result.entry.settings = entry.settings_for(*scene_);
+    result.files = output_ / entry.name;
+    clear(result.files);
+    load_goldens(work);
+    check_poses(work);
+    if (!entry.images.empty()) check_images(work);
+    decide(work);
+    write_motion_page(work);
+    const bool is_complete =
+        result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
+    if (!is_complete) result.refusal = prepare_approval(work);
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return std::move(result);
+  } catch (const std::bad_alloc&) {
+    return failed_case(output_, entry, "there is not enough memory for it");
+  } catch (const std::exception& error) {
+    return failed_case(output_, entry, error.what());
+  }
+}
+
+CaseResult failed_case(const fs::path& output, const SuiteCase& entry, const std::string& why) {
+  CaseResult result;
   result.entry = entry;
-  result.files = options.output / entry.name;
+  result.files = output / entry.name;
   clear(result.files);
   result.verdict = Verdict::error;
   result.cause = one_line(why);
   result.refusal = "it could not be checked";
-  return checked;
+  return result;
 }
 
 }  // namespace substep::golden

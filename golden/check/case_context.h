@@ -4,15 +4,16 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "golden/check/case_pictures.h"
 #include "golden/check/check.h"
-#include "golden/check/check_results.h"
-#include "golden/compare/motion_comparison.h"
+#include "golden/compare/provenance.h"
 #include "golden/compare/track.h"
 #include "golden/suite/sidecar.h"
+#include "render/renderer.h"
 #include "sim/scene/scene.h"
 
 namespace substep::golden {
@@ -24,41 +25,102 @@ struct CheckPlan {
   std::vector<SuiteCase> cases;
 };
 
+/// The folder that a check writes to. Results are written as cases end, and marked incomplete until the check
+/// ends. No two checks write at once.
+class CheckOutput {
+ public:
+  /// Makes the folder and removes stale results. Throws Error when another check writes there.
+  explicit CheckOutput(std::filesystem::path folder);
+  ~CheckOutput();
+  CheckOutput(const CheckOutput&) = delete;
+  CheckOutput& operator=(const CheckOutput&) = delete;
+
+  void start(const CheckPlan& plan);
+  void set_made_with(const nlohmann::ordered_json& made_with) { results_["made_with"] = made_with; }
+  void add_case(const nlohmann::ordered_json& entry);
+
+  /// Marks the results complete, and writes them and the report.
+  void finish(const std::vector<std::filesystem::path>& orphans);
+
+  /// Writes a junit.xml that says why the check could not go on.
+  void fail(const std::string& why) const;
+
+ private:
+  void write();
+
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  nlohmann::ordered_json results_;
+  double last_written_ = -1e9;  ///< s
+};
+
 /// Reads the suite, calls `run`, and writes results and report. Throws Error.
 void check_with(const CheckOptions& options, const std::function<void(const CheckPlan&, CheckOutput&)>& run);
 
 /// Checks cases one after another. Those of one scene follow each other, so that it is loaded once.
 class CaseChecker {
  public:
-  CaseChecker(const CheckOptions& options, const MadeWith& made_with)
-      : options_(options), made_with_(made_with) {}
+  /// Starts the renderer only where a case has pictures.
+  explicit CaseChecker(const CheckPlan& plan);
 
-  /// Errors in the case become its verdict.
-  CheckedCase check(const SuiteCase& entry);
+  /// Checks a case, and prepares its approval. Errors in the case become its verdict.
+  CaseResult check(const SuiteCase& entry);
+
+  const MadeWith& made_with() const { return made_with_; }
 
  private:
-  const CheckOptions& options_;
-  const MadeWith& made_with_;
+  std::filesystem::path output_;
+  MadeWith made_with_;
   std::filesystem::path scene_file_;
   std::optional<Scene> scene_;
 };
 
-/// Checks a case, and prepares its approval.
-CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
-                       const Scene& scene);
-
 /// Returns the result of a case that could not be checked.
-CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);
+CaseResult failed_case(const std::filesystem::path& output, const SuiteCase& entry, const std::string& why);
 
-/// Returns what cases are made with here. Starts the renderer only where a case has pictures.
-MadeWith made_with_here(const CheckPlan& plan);
+/// Returns a case's part of results.json.
+nlohmann::ordered_json to_json(const CaseResult& result);
 
-/// A case while check_case() checks it.
+/// A picture with its image of bodies. Both empty where there was nothing to draw.
+struct Drawing {
+  render::Image picture;
+  render::Image bodies;
+
+  bool is_there() const { return !picture.rgb.empty(); }
+};
+
+/// Draws a case's frames, of one pose log, as the golden pictures are drawn.
+///
+/// It has a renderer of its own: the run's poses set the ground and, where the scene has none, the camera, so
+/// that a renderer that drew another run before would give other pictures.
+class CasePainter {
+ public:
+  CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log);
+
+  Drawing draw(std::span<const Coordinates> poses) {
+    return {renderer_.draw(poses), renderer_.draw_bodies(poses)};
+  }
+  render::Image draw_picture(std::span<const Coordinates> poses) { return renderer_.draw(poses); }
+
+ private:
+  render::Renderer renderer_;
+};
+
+/// Returns the poses of a log's frames that have them.
+std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scene& scene);
+
+/// A case while it is checked.
 struct CaseContext {
   LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }
   LoggedMotion live_motion() const { return {&*live, &*live_track}; }
 
   void note(std::string text) { result.notes.push_back(std::move(text)); }
+
+  /// Writes a file of the case's folder, which is made where it is not there. Returns the file.
+  std::filesystem::path write(const std::string& name, std::string_view bytes) const;
+  void write(const std::string& name, const render::Image& picture) const {
+    write(name, render::to_png(picture));
+  }
 
   /// Returns true where pictures must be equal: on the pinned renderer, or on the renderer that drew the
   /// goldens.
@@ -66,26 +128,18 @@ struct CaseContext {
     return result.entry.any_renderer ? sidecar.platform == made_with.platform : made_with.is_pinned;
   }
 
-  const CheckOptions& options;
   const MadeWith& made_with;
   const Scene& scene;
-  CaseResult result;
-  Sidecar sidecar;
-  std::optional<PoseLog> golden;
-  std::optional<Track> golden_track;
-  std::optional<PoseLog> live;
-  std::optional<Track> live_track;
-  std::vector<std::string> edited;  ///< golden files that are not those that were approved
-  std::vector<Drawing> drawn;       ///< the golden poses, a drawing a picture of the case
-  std::vector<Drawing> new_images;  ///< the live ones, where they are needed
+  CaseResult result = {};
+  Sidecar sidecar = {};
+  std::optional<PoseLog> golden = {};
+  std::optional<Track> golden_track = {};
+  std::optional<PoseLog> live = {};
+  std::optional<Track> live_track = {};
+  std::vector<std::string> edited = {};  ///< golden files that are not those that were approved
+  std::vector<Drawing> drawn = {};       ///< the golden poses, a drawing a picture of the case
+  std::vector<Drawing> new_images = {};  ///< the live ones, where they are needed
 };
-
-/// Reads sidecar, golden log and track, and notes which of them are not those that were approved. Throws
-/// Error when one is damaged.
-void load_goldens(CaseContext& work);
-
-/// Simulates, and compares with the golden log.
-void check_poses(CaseContext& work);
 
 /// Draws the golden poses and compares with the golden pictures, which shows what the renderer changed, and
 /// with pictures of the live poses, which shows what the simulation changed. Writes the pictures that differ.
@@ -102,5 +156,14 @@ void check_images(CaseContext& work);
 ///  5. simulation, renderer or both changed: what is left; on another renderer than the pictures' own, the
 ///                       environment.
 void decide(CaseContext& work);
+
+/// Returns what a person should know of a case that does not pass, but for the commands (failures.h).
+std::string explain(const CaseResult& result);
+
+/// Returns the verdict in words: "simulation changed (renderer unchanged)".
+std::string meaning(const CaseResult& result);
+
+/// Returns by how much the first body to differ did: "position y 7.4e-03 m (at frame 30)".
+std::string change_text(const FirstChange& first);
 
 }  // namespace substep::golden

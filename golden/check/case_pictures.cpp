@@ -1,24 +1,15 @@
-#include "golden/check/case_pictures.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "golden/check/case_context.h"
-#include "golden/compare/flip.h"
 
 namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-
-render::RenderSettings render_settings(const SuiteCase& entry) {
-  render::RenderSettings settings;
-  settings.width = entry.width;
-  settings.height = entry.height;
-  return settings;
-}
 
 bool is_same_pose(const Coordinates& a, const Coordinates& b) {
   return a.linear == b.linear && a.angular.coeffs() == b.angular.coeffs();
@@ -40,8 +31,7 @@ PictureComparison compare_pictures(const Drawing& expected, const Drawing& actua
                                    const CaseContext& work) {
   PictureComparison result{compare(expected.picture, actual.picture, work.result.entry.tolerance), {}, {}};
   if (result.image.judgement == Judgement::exact || result.image.judgement == Judgement::size) return result;
-  const Flip visible = flip(expected.picture, actual.picture);
-  result.flip = {visible.mean, visible.max, std::string(visibility(visible))};
+  result.flip = flip(expected.picture, actual.picture);
   std::vector<std::string> names;
   for (const Body& body : work.scene.bodies) names.push_back(body.name);
   const Sidecar::Picture* approved = work.sidecar.picture(frame);
@@ -58,16 +48,15 @@ PictureComparison compare_poses(const Drawing& expected, const Drawing& actual, 
   return result;
 }
 
-/// Adds two pictures that differ to the result, and writes what shows the difference to files that start with
-/// `prefix`.
-void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expected, const Drawing& actual,
-              CaseContext& work) {
-  const Judgement judgement = pair.comparison.image.judgement;
-  if (judgement == Judgement::exact) return;
-  if (judgement != Judgement::size) {
-    pair.flip = prefix + ".flip.png";
-    write_below(work.result.files, pair.flip,
-                render::to_png(heat_map(flip(expected.picture, actual.picture))));
+/// Adds two pictures to the result where they differ, and writes a heat map of the difference.
+void add_pair(PicturePair::About about, int frame, const std::string& expected, const std::string& actual,
+              const PictureComparison& comparison, CaseContext& work) {
+  if (comparison.image.judgement == Judgement::exact) return;
+  PicturePair pair{about, frame, expected, actual, {}, comparison};
+  if (comparison.flip) {
+    constexpr std::array<const char*, 3> kinds{"", ".new", ".first"};
+    pair.flip = fmt::format("f{:04}{}.flip.png", frame, kinds[static_cast<std::size_t>(about)]);
+    work.write(pair.flip, heat_map(*comparison.flip));
   }
   work.result.pairs.push_back(std::move(pair));
 }
@@ -85,7 +74,7 @@ bool is_within(const PictureComparison& comparison, const ImageTolerance& tolera
 bool is_approved_picture(const render::Image& golden, int frame, CaseContext& work) {
   if (!work.sidecar.is_there) return true;
   const Sidecar::Picture* approved = work.sidecar.picture(frame);
-  const std::string found = pixel_hash(golden);
+  const std::string found = hash_text(hash(golden));
   if (approved != nullptr && approved->pixels == found) return true;
   work.edited.push_back(work.result.entry.image_file(frame).filename().string());
   work.note(
@@ -111,14 +100,9 @@ void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, 
         entry.any_renderer ? "the renderer that it was approved on" : "the pinned renderer"));
   }
   if (image.passes || (is_exact && !image.is_blank)) return;
-  write_below(work.result.files, prefix + ".expected.png", render::to_png(golden.picture));
-  add_pair({PicturePair::About::renderer,
-            image.frame,
-            prefix + ".expected.png",
-            prefix + ".actual.png",
-            *image.against_golden,
-            {}},
-           prefix, golden, drawn, work);
+  work.write(prefix + ".expected.png", golden.picture);
+  add_pair(PicturePair::About::renderer, image.frame, prefix + ".expected.png", prefix + ".actual.png",
+           *image.against_golden, work);
 }
 
 /// Checks a picture of the case: `drawn` of the golden poses, `fresh` of the live ones; either may be empty.
@@ -139,21 +123,16 @@ void check_image(int frame, const Drawing& drawn, const Drawing& fresh, CaseCont
   image.is_blank = image.is_drawn && is_blank(drawn.picture);
   if (image.is_drawn && image.has_golden) judge(image, drawn, prefix, work);
   if (image.is_drawn && (!image.passes || fresh.is_there())) {
-    write_below(work.result.files, prefix + ".actual.png", render::to_png(drawn.picture));
+    work.write(prefix + ".actual.png", drawn.picture);
   }
   if (fresh.is_there()) {
     image.is_blank = image.is_blank || is_blank(fresh.picture);
-    write_below(work.result.files, prefix + ".new.png", render::to_png(fresh.picture));
+    work.write(prefix + ".new.png", fresh.picture);
   }
   if (image.is_drawn && fresh.is_there()) {
     image.new_poses = compare_poses(drawn, fresh, frame, work);
-    add_pair({PicturePair::About::simulation,
-              frame,
-              prefix + ".actual.png",
-              prefix + ".new.png",
-              *image.new_poses,
-              {}},
-             prefix + ".new", drawn, fresh, work);
+    add_pair(PicturePair::About::simulation, frame, prefix + ".actual.png", prefix + ".new.png",
+             *image.new_poses, work);
   } else if (fresh.is_there() || (image.is_drawn && !image.has_golden)) {
     const std::string file = prefix + (fresh.is_there() ? ".new.png" : ".actual.png");
     work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}});
@@ -178,23 +157,17 @@ void find_visible(CasePainter& painter, CaseContext& work) {
     if (before.picture.rgb == after.picture.rgb) continue;
     poses.visible_frame = k;
     const std::string prefix = fmt::format("f{:04}.first", k);
-    write_below(work.result.files, prefix + ".expected.png", render::to_png(before.picture));
-    write_below(work.result.files, prefix + ".actual.png", render::to_png(after.picture));
-    add_pair({PicturePair::About::first_visible,
-              k,
-              prefix + ".expected.png",
-              prefix + ".actual.png",
-              compare_poses(before, after, k, work),
-              {}},
-             prefix, before, after, work);
-    return;
+    work.write(prefix + ".expected.png", before.picture);
+    work.write(prefix + ".actual.png", after.picture);
+    return add_pair(PicturePair::About::first_visible, k, prefix + ".expected.png", prefix + ".actual.png",
+                    compare_poses(before, after, k, work), work);
   }
 }
 
 }  // namespace
 
 CasePainter::CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log)
-    : renderer_(scene, render_settings(entry), full_frames(log, scene)) {}
+    : renderer_(scene, {.width = entry.width, .height = entry.height}, full_frames(log, scene)) {}
 
 std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scene& scene) {
   std::vector<std::vector<Coordinates>> result;
@@ -212,8 +185,7 @@ void check_images(CaseContext& work) {
     painter.emplace(work.scene, entry, *work.golden);
     work.drawn = draw_frames(*painter, *work.golden, work);
   }
-  const bool lacks_poses =
-      std::any_of(work.drawn.begin(), work.drawn.end(), [](const Drawing& d) { return !d.is_there(); });
+  const bool lacks_poses = !std::ranges::all_of(work.drawn, &Drawing::is_there);
   if (work.live && (!work.result.poses.passes || lacks_poses)) {
     CasePainter live_painter(work.scene, entry, *work.live);
     work.new_images = draw_frames(live_painter, *work.live, work);

@@ -2,9 +2,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <sstream>
 
 #include "golden/check/case_context.h"
-#include "golden/suite/scene_parts.h"
 
 namespace substep::golden {
 namespace {
@@ -25,7 +27,7 @@ struct Failing {
 };
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return std::ranges::find(names, name) != names.end();
 }
 
 /// Edited poses fail both halves, an edited picture its own frame only.
@@ -34,7 +36,7 @@ void explain_edits(CaseContext& work, Failing& failing) {
   if (work.edited.empty()) return;
   const bool poses = contains(work.edited, entry.pose_file.filename().string());
   const auto& images = work.result.images;
-  const bool all_images = std::all_of(images.begin(), images.end(), [&](const ImageResult& image) {
+  const bool all_images = std::ranges::all_of(images, [&](const ImageResult& image) {
     return image.passes || contains(work.edited, entry.image_file(image.frame).filename().string());
   });
   if (failing.any() && !failing.explain(poses, poses || all_images)) return;
@@ -42,27 +44,18 @@ void explain_edits(CaseContext& work, Failing& failing) {
   if (!failing.any()) work.result.verdict = Verdict::golden_edited;
 }
 
-/// Another file, or other bodies of the same.
+/// Explains failures by another scene in the file, or by other bodies that are loaded from the same file.
 void explain_inputs(CaseContext& work, Failing& failing) {
-  const bool is_other_file = work.sidecar.scene_hash != fmt::format("{:016x}", work.scene.hash);
+  const bool is_other_file = work.sidecar.scene_hash != hash_text(work.scene.hash);
   const std::vector<std::string> names = work.golden ? work.golden->bodies : std::vector<std::string>();
-  const SceneDifference difference = scene_difference(work.sidecar.parts, work.scene, names);
-  const bool starts_otherwise = work.result.poses.motion.first.frame == 0;
-  Verdict verdict = Verdict::scene_changed;
-  std::string cause = difference.text;
-  bool moves = difference.moves;
-  bool is_drawn = difference.is_drawn;
-  if (!is_other_file) {
-    verdict = Verdict::loading_changed;
-    // Other simulators place their bodies themselves.
-    if (starts_otherwise && cause.empty() && work.result.entry.author.empty()) {
-      moves = is_drawn = true;
-      cause = "the bodies stand elsewhere at frame 0";
-    }
-  }
-  if (!failing.explain(moves, is_drawn)) return;
-  work.result.verdict = verdict;
-  work.result.cause = cause;
+  SceneDifference difference = scene_difference(work.sidecar.parts, work.scene, names);
+  // Other simulators place their bodies themselves.
+  const bool is_loaded_otherwise = !is_other_file && work.result.poses.motion.first.frame == 0 &&
+                                   difference.text.empty() && work.result.entry.author.empty();
+  if (is_loaded_otherwise) difference = {true, true, "the bodies stand elsewhere at frame 0"};
+  if (!failing.explain(difference.moves, difference.is_drawn)) return;
+  work.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;
+  work.result.cause = difference.text;
   // On another renderer than theirs pictures may differ for no reason here.
   if (failing.poses || (failing.images && work.is_exact_here())) {
     work.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
@@ -70,7 +63,7 @@ void explain_inputs(CaseContext& work, Failing& failing) {
   }
 }
 
-/// The one body or the light that a picture's difference is put down to.
+/// Returns the one body, or the light, to which a picture's difference is attributed.
 std::string cause_of_picture(const Blame& blame) {
   std::string gone;
   for (const BodyBlame& body : blame.bodies) {
@@ -104,6 +97,128 @@ void find_cause(CaseContext& work) {
   }
 }
 
+constexpr const char* indent = "           ";
+
+std::string explain_first(const PoseResult& poses, double step) {
+  const FirstChange& first = poses.motion.first;
+  std::string text =
+      fmt::format("  poses    first difference     frame {} ({:.3f} s)", first.frame, first.frame * step);
+  if (poses.frames != poses.golden_frames) {
+    text += fmt::format("; golden has {} frames, the run {} (it ended \"{}\")", poses.golden_frames,
+                        poses.frames, poses.end);
+  }
+  const bool is_beyond_end = first.frame >= std::min(poses.frames, poses.golden_frames);
+  if (is_beyond_end) return text + "\n";
+  text += first.body.empty() ? "; " : fmt::format("   body {}  ", first.body);
+  text += change_text(first) + "\n";
+  if (const std::size_t count = first.bodies.size(); count > 1) {
+    constexpr std::size_t most = 6;
+    const std::span shown(first.bodies.data(), std::min(count, most));
+    text += fmt::format("{}in this frame {} bodies change: {}{}\n", indent, count, fmt::join(shown, ", "),
+                        count > most ? ", …" : "");
+  }
+  return text + fmt::format("{}largest over all stored poses {:.2g} m, {:.2g} rad\n", indent,
+                            poses.difference.largest_position, poses.difference.largest_orientation);
+}
+
+std::string explain_visibility(const CaseResult& result) {
+  const PoseResult& poses = result.poses;
+  const MotionComparison& motion = poses.motion;
+  std::string text;
+  if (motion.limit_frame >= 0)
+    text += fmt::format("{}beyond tolerance     frame {}  {}\n", indent, motion.limit_frame, motion.limit);
+  if (motion.contacts_frame >= 0)
+    text += fmt::format("{}touching bodies differ from frame {} on\n", indent, motion.contacts_frame);
+  if (result.images.empty()) return text;
+  if (poses.visible_frame >= 0) {
+    const int after = poses.visible_frame - motion.first.frame;
+    text += fmt::format("  images   first other picture  frame {} (+{} frames, +{:.2f} s){}\n",
+                        poses.visible_frame, after, after * result.entry.settings.step,
+                        poses.visible_is_fact ? "" : ", or in one without stored poses before it");
+  } else if (motion.first.frame >= 0) {
+    text += fmt::format("  images   first other picture  never{}\n",
+                        poses.visible_is_fact ? "" : " in the frames whose poses are stored");
+  }
+  return text;
+}
+
+std::string explain_poses(const CaseResult& result) {
+  const PoseResult& poses = result.poses;
+  if (!poses.has_golden)
+    return fmt::format("  poses    no golden; the run has {} frames and ended \"{}\"\n", poses.frames,
+                       poses.end);
+  if (poses.motion.judgement == PoseJudgement::exact)
+    return fmt::format("  poses    exact, {} frames\n", poses.frames);
+  std::string text = "  poses    stored ones differ from those of their hashes\n";
+  if (poses.motion.first.frame >= 0)
+    text = explain_first(poses, result.entry.settings.step) + explain_visibility(result);
+  std::istringstream headers(poses.difference.headers);
+  for (std::string line; std::getline(headers, line);) {
+    if (!line.empty()) text += fmt::format("{}header: {}\n", indent, line);
+  }
+  return text;
+}
+
+std::string percent(std::int64_t part, std::int64_t whole) {
+  return fmt::format("{:.3g} %",
+                     whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+std::string explain_blame(const Blame& blame) {
+  std::string text = fmt::format("{}{} of the foreground differs; ", indent,
+                                 percent(blame.differing_foreground, blame.foreground));
+  if (blame.is_everywhere) return text + "all over the picture: light, camera or sky, not one body\n";
+  for (const BodyBlame& body : blame.bodies) {
+    if (body.is_gone) text += fmt::format("{} is gone; ", body.name);
+  }
+  text += "by body, weighed by levels:";
+  std::int64_t levels = 0;
+  for (const BodyBlame& body : blame.bodies) levels += body.levels;
+  for (std::size_t i = 0; i < std::min<std::size_t>(blame.bodies.size(), 3); ++i) {
+    const BodyBlame& body = blame.bodies[i];
+    text += fmt::format("{} {} {}", i == 0 ? "" : ",", percent(body.levels, levels), body.name);
+  }
+  return text + "\n";
+}
+
+std::string explain_pictures(const PictureComparison& comparison, const ImageTolerance& tolerance) {
+  const ImageComparison& c = comparison.image;
+  if (c.judgement == Judgement::exact) return "exact\n";
+  if (c.judgement == Judgement::size) return "another size\n";
+  std::string text =
+      fmt::format("{} px differ ({:.3g} %), {} px > {} levels (limit {}), max {} at ({},{})\n", c.differing,
+                  100.0 * static_cast<double>(c.differing) / static_cast<double>(c.pixels), c.above_level,
+                  tolerance.level, tolerance.count, c.max, c.max_x, c.max_y);
+  text += fmt::format("{}box {},{} to {},{}; {}", indent, c.left, c.top, c.right, c.bottom,
+                      passes(c.judgement) ? "within tolerance, but exact is the rule on this renderer"
+                                          : fmt::format("fails by {}", name(c.judgement)));
+  if (comparison.flip) {
+    text += fmt::format("\n{}FLIP mean {:.4f}  max {:.2f} -> {}", indent, comparison.flip->mean,
+                        comparison.flip->max, visibility(*comparison.flip));
+    if (tolerance.flip) text += fmt::format(" (on another renderer the limit is {:g})", *tolerance.flip);
+  }
+  text += "\n";
+  if (comparison.blame) text += explain_blame(*comparison.blame);
+  return text;
+}
+
+std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
+  std::string text = fmt::format("  f{:04}    ", image.frame);
+  if (!image.is_drawn) {
+    text += image.has_golden ? "cannot be drawn from the golden poses\n" : "no golden\n";
+  } else if (!image.against_golden) {
+    text += "no golden picture\n";
+  } else {
+    text += "golden poses, this renderer: " + explain_pictures(*image.against_golden, entry.tolerance);
+  }
+  if (image.is_blank) text += fmt::format("{}the picture is blank: it shows one colour all over\n", indent);
+  if (image.new_poses) {
+    text += fmt::format("{}new poses against golden ones, both drawn here: {}", indent,
+                        explain_pictures(*image.new_poses, entry.tolerance));
+  }
+  return text;
+}
+
 }  // namespace
 
 void decide(CaseContext& work) {
@@ -134,6 +249,47 @@ void decide(CaseContext& work) {
   if (verdict == Verdict::pass) return;
   const std::string other = provenance_differences(work.sidecar, work.made_with);
   if (!other.empty()) work.note(other);
+}
+
+std::string change_text(const FirstChange& first) {
+  if (first.axis == ' ') {
+    return first.size_frame < 0 ? "no poses are stored from there on" : "only velocities differ";
+  }
+  const bool turned = first.axis == 'r';
+  std::string text = fmt::format("{} {:.2g} {}",
+                                 turned ? std::string("orientation") : fmt::format("position {}", first.axis),
+                                 first.size, turned ? "rad" : "m");
+  if (first.size_frame != first.frame) text += fmt::format(" (at frame {})", first.size_frame);
+  return text;
+}
+
+std::string meaning(const CaseResult& result) {
+  constexpr std::array<const char*, verdict_names.size()> meanings{
+      "error: it could not be checked",
+      "golden edited: it is not the one that was approved",
+      "both changed, simulation and renderer",
+      "simulation changed (renderer unchanged)",
+      "loading changed: another scene is loaded of the same file",
+      "scene changed: the file holds another scene than the goldens were made of",
+      "renderer changed (simulation unchanged)",
+      "missing: goldens of this case are not there",
+      "new: this case has no goldens yet",
+      "environment: this is not the pinned renderer, and the pictures are beyond the tolerance",
+      "pass"};
+  if (result.verdict == Verdict::simulation_changed && result.images.empty())
+    return "simulation changed (renderer not checked)";
+  return meanings[static_cast<std::size_t>(result.verdict)];
+}
+
+std::string explain(const CaseResult& result) {
+  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", result.entry.name, meaning(result));
+  if (!result.cause.empty()) text += fmt::format("  cause    {}\n", result.cause);
+  if (result.verdict != Verdict::error) {
+    text += explain_poses(result);
+    for (const ImageResult& image : result.images) text += explain_image(image, result.entry);
+  }
+  for (const std::string& note : result.notes) text += fmt::format("  note     {}\n", note);
+  return text;
 }
 
 }  // namespace substep::golden

@@ -1,5 +1,3 @@
-#include "golden/check/check.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -18,15 +16,12 @@
 #include <cstring>
 #include <exception>
 #include <memory>
-#include <new>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "golden/check/case_context.h"
-#include "golden/suite/sidecar.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 
 namespace substep::golden {
@@ -78,9 +73,8 @@ void end_silently() {
 [[noreturn]] void work(const CheckPlan& plan, int descriptor) {
   end_silently();
   try {
-    const MadeWith made_with = made_with_here(plan);
-    send(descriptor, made_with_key, to_json(made_with));
-    CaseChecker checker(plan.options, made_with);
+    CaseChecker checker(plan);
+    send(descriptor, made_with_key, to_json(checker.made_with()));
     std::size_t index = 0;
     while (::read(descriptor, &index, sizeof index) == sizeof index) {
       send(descriptor, case_key, to_json(checker.check(plan.cases[index])));
@@ -92,54 +86,47 @@ void end_silently() {
   ::_exit(0);
 }
 
-/// A process that checks one case after another, and the messages that it sends.
-class Worker {
- public:
+/// A process that checks one case after another.
+struct Worker {
   explicit Worker(const CheckPlan& plan) {
     std::array<int, 2> ends{};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
       throw Error("no socket to a process that checks");
     std::fflush(nullptr);
-    process_ = ::fork();
-    if (process_ == 0) work(plan, ends[1]);
+    process = ::fork();
+    if (process == 0) work(plan, ends[1]);
     ::close(ends[1]);
-    if (process_ > 0) ::setpgid(process_, process_);
-    descriptor_ = ends[0];
-    if (process_ < 0) throw Error(fmt::format("no process to check in: {}", std::strerror(errno)));
+    if (process > 0) ::setpgid(process, process);
+    descriptor = ends[0];
+    if (process < 0) throw Error(fmt::format("no process to check in: {}", std::strerror(errno)));
   }
   ~Worker() {
     end();
-    ::close(descriptor_);
+    ::close(descriptor);
   }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  int descriptor() const { return descriptor_; }
-  const std::optional<std::size_t>& index() const { return index_; }  ///< of the case that it checks
-  Clock::time_point start() const { return start_; }                  ///< of that case
-  bool is_ready() const { return is_ready_; }                         ///< it has sent a message
-
-  /// Lets it check a case.
-  void give(std::size_t index) {
-    index_ = index;
-    start_ = Clock::now();
+  /// Lets the process check a case.
+  void give(std::size_t case_index) {
+    index = case_index;
+    start = Clock::now();
     // A worker that has ended is seen when it is read from.
-    ::send(descriptor_, &index, sizeof index, MSG_NOSIGNAL);
+    ::send(descriptor, &case_index, sizeof case_index, MSG_NOSIGNAL);
   }
 
-  void set_free() { index_.reset(); }
-
-  /// Reads what it has sent and calls `receive` with each whole message. Returns false when it has ended.
+  /// Reads what the process has sent and calls `receive` with each whole message. Returns false when it has
+  /// ended.
   bool read(const std::function<void(const Json& message)>& receive) {
     std::array<char, 65536> bytes{};
-    const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t got = ::read(descriptor, bytes.data(), bytes.size());
     if (got < 0 && errno == EINTR) return true;
     if (got <= 0) return false;
-    buffer_.append(bytes.data(), static_cast<std::size_t>(got));
-    for (std::size_t end = 0; (end = buffer_.find('\n')) != std::string::npos;) {
-      is_ready_ = true;
-      const Json message = Json::parse(buffer_.substr(0, end));
-      buffer_.erase(0, end + 1);
+    buffer.append(bytes.data(), static_cast<std::size_t>(got));
+    for (std::size_t end = 0; (end = buffer.find('\n')) != std::string::npos;) {
+      is_ready = true;
+      const Json message = Json::parse(buffer.substr(0, end));
+      buffer.erase(0, end + 1);
       receive(message);
     }
     return true;
@@ -147,30 +134,29 @@ class Worker {
 
   /// Ends the process, if it has not ended yet.
   void end() {
-    if (process_ <= 0) return;
-    ::kill(-process_, SIGKILL);
+    if (process <= 0) return;
+    ::kill(-process, SIGKILL);
     wait_for_end();
   }
 
   /// Waits for the process's end, and returns in words how it ended.
   std::string wait_for_end() {
     int status = 0;
-    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
     }
-    process_ = -1;
+    process = -1;
     if (WIFSIGNALED(status)) {
       return fmt::format("it crashed: {} (signal {})", ::strsignal(WTERMSIG(status)), WTERMSIG(status));
     }
     return fmt::format("its process ended with code {}", WEXITSTATUS(status));
   }
 
- private:
-  pid_t process_ = -1;
-  int descriptor_ = -1;
-  bool is_ready_ = false;
-  std::optional<std::size_t> index_;
-  Clock::time_point start_;
-  std::string buffer_;
+  pid_t process = -1;
+  int descriptor = -1;
+  bool is_ready = false;             ///< it has sent a message
+  std::optional<std::size_t> index;  ///< of the case that it checks
+  Clock::time_point start;           ///< of that case
+  std::string buffer;                ///< what it has sent of its next message
 };
 
 /// Checks the plan's cases in a process for every processor.
@@ -186,7 +172,7 @@ class CheckApart {
     while (delivered_ < entries_.size()) {
       wait();
       for (auto& worker : workers_) {
-        if (worker->index() && Clock::now() >= deadline(*worker)) end_late(worker);
+        if (worker->index && Clock::now() >= deadline(*worker)) end_late(worker);
       }
     }
   }
@@ -195,10 +181,10 @@ class CheckApart {
   using Slot = std::unique_ptr<Worker>;
 
   Clock::time_point deadline(const Worker& worker) const {
-    const SuiteCase& entry = plan_.cases[*worker.index()];
+    const SuiteCase& entry = plan_.cases[*worker.index];
     const std::chrono::duration<double> limit(entry.time_limit +
                                               (entry.command.empty() ? 0 : time_for_pictures));
-    return worker.start() + std::chrono::duration_cast<Clock::duration>(limit);
+    return worker.start + std::chrono::duration_cast<Clock::duration>(limit);
   }
 
   /// Waits until a worker has sent something or exceeds its limit of time, and receives what was sent.
@@ -206,8 +192,8 @@ class CheckApart {
     std::vector<pollfd> waiting;
     double timeout = -1;
     for (const Slot& worker : workers_) {
-      waiting.push_back({worker->descriptor(), POLLIN, 0});
-      if (!worker->index()) continue;
+      waiting.push_back({worker->descriptor, POLLIN, 0});
+      if (!worker->index) continue;
       const std::chrono::duration<double, std::milli> left = deadline(*worker) - Clock::now();
       const double wait = std::clamp(std::ceil(left.count()), 0.0, 1e6);
       timeout = timeout < 0 ? wait : std::min(timeout, wait);
@@ -226,8 +212,8 @@ class CheckApart {
     if (what == refusal_key) throw Error(item.value().get<std::string>());
     if (what == made_with_key) output_.set_made_with(item.value());
     if (what == case_key) {
-      add(*worker.index(), item.value());
-      worker.set_free();
+      add(*worker.index, item.value());
+      worker.index.reset();
     }
     if (given_ == entries_.size()) return;
     if (watcher_.before_case) watcher_.before_case(plan_.cases[given_].name, given_ + 1, entries_.size());
@@ -237,8 +223,8 @@ class CheckApart {
   /// Puts another process in the place of one that has ended.
   void replace(Slot& worker) {
     const std::string how = worker->wait_for_end();
-    if (!worker->is_ready()) throw Error("the renderer cannot be started: " + how);
-    if (!worker->index()) throw Error("a process that checks ended without checking: run it again");
+    if (!worker->is_ready) throw Error("the renderer cannot be started: " + how);
+    if (!worker->index) throw Error("a process that checks ended without checking: run it again");
     add_error(*worker, how);
     worker = std::make_unique<Worker>(plan_);
   }
@@ -246,14 +232,14 @@ class CheckApart {
   void end_late(Slot& worker) {
     worker->end();
     add_error(*worker,
-              fmt::format("it took longer than its limit, {:g} s", plan_.cases[*worker->index()].time_limit));
+              fmt::format("it took longer than its limit, {:g} s", plan_.cases[*worker->index].time_limit));
     worker = std::make_unique<Worker>(plan_);
   }
 
   void add_error(const Worker& worker, const std::string& why) {
-    CheckedCase checked = failed_case(plan_.options, plan_.cases[*worker.index()], why);
-    checked.result.seconds = std::chrono::duration<double>(Clock::now() - worker.start()).count();
-    add(*worker.index(), to_json(checked));
+    CaseResult result = failed_case(plan_.options.output, plan_.cases[*worker.index], why);
+    result.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
+    add(*worker.index, to_json(result));
   }
 
   /// Adds a result, and delivers those of which all before are there, in the suite's order.
@@ -282,7 +268,7 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
     CheckPlan plan{read_suite(options.suite), options, {}};
     plan.options.suite = plan.suite.file;
     plan.cases = select(plan.suite, options.cases);
-    output.start(plan.suite, plan.options, plan.cases.size());
+    output.start(plan);
     run(plan, output);
     // A check of some cases does not look for orphans.
     output.finish(options.cases.empty() ? orphans(plan.suite) : std::vector<std::filesystem::path>());
@@ -290,27 +276,6 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
     output.fail(error.what());
     throw;
   }
-}
-
-CheckedCase CaseChecker::check(const SuiteCase& entry) {
-  try {
-    if (!scene_ || scene_file_ != entry.scene) {
-      scene_.reset();
-      scene_.emplace(load_scene(entry.scene));
-      scene_file_ = entry.scene;
-    }
-    return check_case(options_, made_with_, entry, *scene_);
-  } catch (const std::bad_alloc&) {
-    return failed_case(options_, entry, "there is not enough memory for it");
-  } catch (const std::exception& error) {
-    return failed_case(options_, entry, error.what());
-  }
-}
-
-MadeWith made_with_here(const CheckPlan& plan) {
-  const bool has_pictures = std::any_of(plan.cases.begin(), plan.cases.end(),
-                                        [](const SuiteCase& entry) { return !entry.images.empty(); });
-  return made_with(has_pictures);
 }
 
 Json check(const CheckOptions& options, const CheckWatcher& watcher) {

@@ -10,7 +10,7 @@
 /// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
 /// down to the environment.
 ///
-/// Where a case fails because its inputs changed, its verdict names the input: the scene's file, the loaded
+/// The verdict of a case that fails because its inputs changed names the input: the scene's file, the loaded
 /// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
 /// checked at all is an error, and the other cases are checked.
 ///
@@ -24,25 +24,19 @@
 #include <string>
 #include <vector>
 
-#include "golden/compare/blame.h"
+#include "golden/compare/flip.h"
 #include "golden/compare/image_comparison.h"
 #include "golden/compare/motion_comparison.h"
-#include "golden/compare/provenance.h"
 #include "golden/compare/verdict.h"
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
 
 namespace substep::golden {
 
-struct FlipSummary {
-  double mean = 0, max = 0;
-  std::string visibility;
-};
-
 /// A comparison of two pictures. `flip` and `blame` where they differ and have one size.
 struct PictureComparison {
   ImageComparison image;
-  std::optional<FlipSummary> flip;
+  std::optional<Flip> flip;
   std::optional<Blame> blame;
 };
 
@@ -78,13 +72,21 @@ struct PicturePair {
   int frame = 0;
   std::string expected;
   std::string actual;
-  PictureComparison comparison;
   std::string flip;  ///< heat map
+  PictureComparison comparison;
+};
+
+/// A file that approving would copy over a golden, with the contents of both as the check saw them. In
+/// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
+struct ApprovalCandidate {
+  std::filesystem::path from;
+  std::string from_hash;
+  std::filesystem::path to;
+  std::string to_hash;  ///< empty: there was no such golden
 };
 
 struct CaseResult {
-  SuiteCase entry;
-  double step = 0;  ///< s
+  SuiteCase entry;  ///< with the settings of its run
   Verdict verdict = Verdict::pass;
   PoseResult poses;
   std::vector<ImageResult> images;
@@ -95,7 +97,8 @@ struct CaseResult {
   std::string refusal;             ///< why approve() will not take it; empty: it will
   std::filesystem::path files;     ///< the folder with its files
   double seconds = 0;              ///< that checking it took
-  std::string text;                ///< what a person should know of it when it fails: lines, each ended
+  std::vector<ApprovalCandidate> candidates;
+  nlohmann::ordered_json sidecar;  ///< what approving writes, but for when and why it was approved
 };
 
 struct CheckOptions {
@@ -116,13 +119,9 @@ struct CheckWatcher {
 /// another check writes to the same folder, or there is no renderer.
 nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
 
-/// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).
-std::string explain(const CaseResult& result);
+std::filesystem::path results_file(const std::filesystem::path& output);
 
-/// Returns the verdict in words: "simulation changed (renderer unchanged)".
-std::string meaning(const CaseResult& result);
-
-/// Returns by how much the first body to differ did: "position y 7.4e-03 m (at frame 30)".
-std::string change_text(const FirstChange& first);
+/// Returns what a check wrote. Throws Error when there are no results, or they are damaged.
+nlohmann::ordered_json read_results(const std::filesystem::path& output);
 
 }  // namespace substep::golden

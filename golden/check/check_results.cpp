@@ -1,5 +1,3 @@
-#include "golden/check/check_results.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -11,10 +9,9 @@
 #include <cmath>
 #include <cstring>
 #include <thread>
-#include <utility>
 
+#include "golden/check/case_context.h"
 #include "golden/report/report.h"
-#include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
@@ -34,39 +31,32 @@ Json to_json(const PictureComparison& comparison) {
   json["differing"] = c.differing;
   json["above_tolerated_level"] = c.above_level;
   json["max"] = c.max;
-  if (comparison.flip) {
-    json["flip"] = {{"mean", comparison.flip->mean},
-                    {"max", comparison.flip->max},
-                    {"visibility", comparison.flip->visibility}};
-  }
+  if (const auto& flip = comparison.flip)
+    json["flip"] = {{"mean", flip->mean}, {"max", flip->max}, {"visibility", visibility(*flip)}};
   return json;
 }
 
-Json to_json(const MotionComparison& motion) {
-  const FirstChange& first = motion.first;
-  return {{"judgement", name(motion.judgement)},
-          {"first_frame", first.frame},
-          {"body", first.body},
-          {"change", change_text(first)},
-          {"contacts_frame", motion.contacts_frame},
-          {"limit_frame", motion.limit_frame},
-          {"limit", motion.limit}};
-}
-
 Json to_json(const PoseResult& poses) {
-  Json json{{"golden", poses.has_golden}, {"pass", poses.passes}};
-  json["frames"] = poses.frames;
-  json["end"] = poses.end;
-  json["bodies"] = poses.bodies;
+  Json json{{"golden", poses.has_golden},
+            {"pass", poses.passes},
+            {"frames", poses.frames},
+            {"end", poses.end},
+            {"bodies", poses.bodies}};
   if (!poses.has_golden) return json;
-  const PoseDifference& d = poses.difference;
+  const MotionComparison& motion = poses.motion;
   json["golden_frames"] = poses.golden_frames;
-  json["largest_position"] = d.largest_position;
-  json["largest_orientation"] = d.largest_orientation;
-  json["headers"] = d.headers;
+  json["largest_position"] = poses.difference.largest_position;
+  json["largest_orientation"] = poses.difference.largest_orientation;
+  json["headers"] = poses.difference.headers;
   json["visible_frame"] = poses.visible_frame;
   json["visible_is_fact"] = poses.visible_is_fact;
-  json["motion"] = to_json(poses.motion);
+  json["motion"] = {{"judgement", name(motion.judgement)},
+                    {"first_frame", motion.first.frame},
+                    {"body", motion.first.body},
+                    {"change", change_text(motion.first)},
+                    {"contacts_frame", motion.contacts_frame},
+                    {"limit_frame", motion.limit_frame},
+                    {"limit", motion.limit}};
   return json;
 }
 
@@ -97,49 +87,44 @@ std::string below(const fs::path& file, const fs::path& folder) {
 }
 
 /// Adds what approve() copies.
-void add_candidates(const CheckedCase& checked, Json& json) {
-  const fs::path output = checked.result.files.parent_path();
-  const fs::path suite_folder = checked.result.entry.suite_folder;
+void add_candidates(const CaseResult& result, Json& json) {
+  const fs::path suite_folder = result.entry.suite_folder;
   json["candidates"] = Json::array();
-  for (const ApprovalCandidate& candidate : checked.candidates) {
-    json["candidates"].push_back({{"from", below(candidate.from, output)},
+  for (const ApprovalCandidate& candidate : result.candidates) {
+    json["candidates"].push_back({{"from", below(candidate.from, result.files.parent_path())},
                                   {"from_hash", candidate.from_hash},
                                   {"to", below(candidate.to, suite_folder)},
                                   {"to_hash", candidate.to_hash}});
   }
-  json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
-  if (checked.sidecar.is_object()) json["sidecar"] = checked.sidecar;
+  json["sidecar_file"] = below(result.entry.sidecar, suite_folder);
+  if (result.sidecar.is_object()) json["sidecar"] = result.sidecar;
 }
-
-constexpr double seconds_between_writes = 1;  // what is on disk is never older than this
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Returns false where another holds it for longer than the worker of a check that was ended takes to remove
-/// what it had not finished: up to 2 s.
+/// Locks a file. Returns false where another process holds the lock for longer than the worker of a check
+/// that was ended takes to remove what it had not finished: up to 2 s.
 bool take_lock(int file) {
   constexpr int tries = 40;
-  constexpr std::chrono::milliseconds between{50};
   for (int i = 0; i < tries; ++i) {
     if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
-    std::this_thread::sleep_for(between);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   return false;
 }
 
 }  // namespace
 
-Json to_json(const CheckedCase& checked) {
-  const CaseResult& result = checked.result;
+Json to_json(const CaseResult& result) {
   Json json{{"name", result.entry.name},
             {"scene", result.entry.scene.string()},
             {"verdict", name(result.verdict)},
             {"meaning", meaning(result)},
             {"cause", result.cause},
             {"seconds", std::round(result.seconds * 1000) / 1000},
-            {"step", result.step},
+            {"step", result.entry.settings.step},
             {"size", {result.entry.width, result.entry.height}},
             {"settings", run_settings(result.entry)},
             {"poses", to_json(result.poses)},
@@ -155,7 +140,7 @@ Json to_json(const CheckedCase& checked) {
     json["text"] = explain(result);
   }
   const bool has_candidates = result.verdict != Verdict::pass && result.verdict != Verdict::error;
-  if (has_candidates || checked.sidecar.is_object()) add_candidates(checked, json);
+  if (has_candidates || result.sidecar.is_object()) add_candidates(result, json);
   return json;
 }
 
@@ -165,16 +150,12 @@ fs::path results_file(const fs::path& output) {
 
 Json read_results(const fs::path& output) {
   const fs::path file = results_file(output);
-  if (!fs::exists(file)) {
-    throw Error(
-        fmt::format("{}: not there: run 'substep check' first, and look at what it shows", file.string()));
-  }
+  const auto refuse = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
+  if (!fs::exists(file)) refuse("not there: run 'substep check' first, and look at what it shows");
   try {
     Json json = parse_json<Json>(read_bytes(file), file.string());
-    if (json.at("format") != results_format) {
-      throw Error(
-          fmt::format("{}: is of another version of substep: run 'substep check' again", file.string()));
-    }
+    if (json.at("format") != results_format)
+      refuse("is of another version of substep: run 'substep check' again");
     return json;
   } catch (const Json::exception& error) {
     throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", file.string(), error.what()));
@@ -204,13 +185,13 @@ CheckOutput::~CheckOutput() {
   ::close(lock_);
 }
 
-void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::size_t cases) {
+void CheckOutput::start(const CheckPlan& plan) {
   results_ = {{"format", results_format},
-              {"suite", suite.file.string()},
-              {"suite_hash", content_hash(read_bytes(suite.file))},
-              {"only", options.cases},
+              {"suite", plan.suite.file.string()},
+              {"suite_hash", content_hash(read_bytes(plan.suite.file))},
+              {"only", plan.options.cases},
               {"ended", false},
-              {"of", cases},
+              {"of", plan.cases.size()},
               {"made_with", to_json(MadeWith())},
               {"totals", ""},
               {"exit_code", 1},
@@ -221,7 +202,8 @@ void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::si
 
 void CheckOutput::add_case(const Json& entry) {
   results_["cases"].push_back(entry);
-  if (now() - last_written_ >= seconds_between_writes) write();
+  // Results on disk are at most a second old.
+  if (now() - last_written_ >= 1) write();
 }
 
 void CheckOutput::write() {

@@ -7,19 +7,19 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "golden/commands/commands.h"
-#include "golden/report/case_commands.h"
+#include "golden/report/failures.h"
 #include "golden/suite/suite.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/scene/scene.h"
-#include "sim/study/engines/command_engine.h"
+#include "sim/study/engines/engines.h"
 
 namespace substep::golden {
 namespace {
@@ -48,34 +48,18 @@ std::vector<fs::path> scene_files(const fs::path& project) {
   return files;
 }
 
-/// Returns how many frames make a case: the whole duration in tens, at most `longest`.
-int frames_of(const Scene& scene) {
+/// Returns the scene's [[case]], of its whole duration in tens of frames, at most `longest`. Throws Error
+/// with the reason where the scene cannot be a case.
+std::string case_of(const fs::path& file, const std::string& shown) {
+  if (!is_case_name(file.stem().string())) throw Error("its name must be of letters, digits, _ and -");
+  const Scene scene = load_scene(file);
+  if (std::ranges::none_of(scene.bodies, [](const Body& body) { return body.inverse_mass > 0; }))
+    throw Error("nothing in it moves");
   const double all = std::floor(scene.duration / scene.step / full_every) * full_every;
-  return static_cast<int>(std::clamp<double>(all, full_every, longest));
-}
-
-/// Its [[case]], or why it cannot be one.
-std::optional<std::string> case_of(const fs::path& file, const std::string& shown, std::string& why) {
-  if (!is_case_name(file.stem().string())) {
-    why = "its name must be of letters, digits, _ and -";
-    return {};
-  }
-  try {
-    const Scene scene = load_scene(file);
-    const bool moves = std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                                   [](const Body& body) { return body.inverse_mass > 0; });
-    if (!moves) {
-      why = "nothing in it moves";
-      return {};
-    }
-    const int frames = frames_of(scene);
-    const int middle = std::max(full_every, frames / 2 / full_every * full_every);
-    return fmt::format("[[case]]\nscene = \"../{}\"\nframes = {}\nimages = [{}]\n", shown, frames,
-                       middle == frames ? fmt::format("{}", frames) : fmt::format("{}, {}", middle, frames));
-  } catch (const Error& error) {
-    why = error.what();
-    return {};
-  }
+  const int frames = static_cast<int>(std::clamp<double>(all, full_every, longest));
+  const int middle = std::max(full_every, frames / 2 / full_every * full_every);
+  return fmt::format("[[case]]\nscene = \"../{}\"\nframes = {}\nimages = [{}{}]\n", shown, frames,
+                     middle == frames ? "" : fmt::format("{}, ", middle), frames);
 }
 
 constexpr const char* suite_start =
@@ -163,13 +147,9 @@ struct InitOptions {
 };
 
 struct NewSuite {
-  struct File {
-    fs::path name;  ///< below the project's folder
-    std::string content;
-  };
-  std::vector<File> files;          ///< suite file, README of the goldens, workflow
-  std::size_t scenes = 0;           ///< how many scenes are cases
-  std::vector<std::string> others;  ///< scenes that cannot be cases, each with the reason
+  std::vector<std::pair<fs::path, std::string>> files;  ///< below the project's folder, with their contents
+  std::size_t scenes = 0;                               ///< how many scenes are cases
+  std::vector<std::string> others;                      ///< scenes that cannot be cases, each with the reason
 };
 
 /// Returns a suite of the scenes (.gltf, .glb) in `project` and its folders, without hidden ones and
@@ -187,21 +167,17 @@ NewSuite new_suite(const InitOptions& options) {
   std::map<std::string, std::string> names;
   for (const fs::path& file : scene_files(project)) {
     const std::string shown = file.lexically_relative(project).generic_string();
-    std::string why;
-    const std::optional<std::string> entry = case_of(file, shown, why);
-    if (!entry) {
-      std::replace(why.begin(), why.end(), '\n', ' ');
-      suite.others.push_back(fmt::format("{}: {}", shown, why));
-      continue;
+    try {
+      const std::string entry = case_of(file, shown);
+      const auto [known, is_new] = names.emplace(file.stem().string(), shown);
+      if (!is_new) throw Error(fmt::format("{} has its name", known->second));
+      text += "\n" + entry;
+    } catch (const Error& error) {
+      suite.others.push_back(fmt::format("{}: {}", shown, error.what()));
+      std::ranges::replace(suite.others.back(), '\n', ' ');
     }
-    const auto [known, is_new] = names.emplace(file.stem().string(), shown);
-    if (!is_new) {
-      suite.others.push_back(fmt::format("{}: {} has its name", shown, known->second));
-      continue;
-    }
-    ++suite.scenes;
-    text += "\n" + *entry;
   }
+  suite.scenes = names.size();
   if (suite.scenes == 0) {
     throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
   }
@@ -210,35 +186,30 @@ NewSuite new_suite(const InitOptions& options) {
       {"golden/suite.toml", text},
       {"golden/README.md", readme},
       {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), setup_for(options.command))}};
-  if (!fs::exists(project / ".gitignore")) suite.files.push_back({".gitignore", "/out/\n"});
+  if (!fs::exists(project / ".gitignore")) suite.files.emplace_back(".gitignore", "/out/\n");
   return suite;
 }
 
-/// Throws Error, and writes nothing, where one of the files is there already.
-void write_new_suite(const NewSuite& suite, const fs::path& project) {
-  for (const NewSuite::File& file : suite.files) {
-    if (fs::exists(project / file.name)) {
-      throw Error(fmt::format("{}: is there already; nothing was written", (project / file.name).string()));
-    }
-  }
-  for (const NewSuite::File& file : suite.files) {
-    fs::create_directories((project / file.name).parent_path());
-    write_file(project / file.name, file.content);
-  }
-}
-
+/// Writes the suite. Throws Error, and writes nothing, where one of its files is there already.
 void init(const InitOptions& options) {
   const NewSuite suite = new_suite(options);
-  const bool ignores_out = suite.files.back().name == ".gitignore";
-  write_new_suite(suite, options.project);
-  for (const NewSuite::File& file : suite.files)
-    fmt::print("wrote {}\n", (options.project / file.name).string());
+  for (const auto& [name, content] : suite.files) {
+    const fs::path file = options.project / name;
+    if (fs::exists(file))
+      throw Error(fmt::format("{}: is there already; nothing was written", file.string()));
+  }
+  for (const auto& [name, content] : suite.files) {
+    const fs::path file = options.project / name;
+    fs::create_directories(file.parent_path());
+    write_file(file, content);
+    fmt::print("wrote {}\n", file.string());
+  }
   fmt::print("{} scenes are cases", suite.scenes);
   if (!suite.others.empty()) fmt::print(", {} are not: the suite file says why", suite.others.size());
   fmt::print("\nnext:\n");
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
-  if (!ignores_out) fmt::print("  echo /out/ >> .gitignore\n");
+  if (suite.files.back().first != ".gitignore") fmt::print("  echo /out/ >> .gitignore\n");
   fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
   fmt::print("and in .github/workflows/goldens.yml put the owner of the repository with substep for OWNER\n");
 }

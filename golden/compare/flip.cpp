@@ -54,18 +54,14 @@ Plane power(const Plane& a, const Exponent& b) {
 
 // Colour spaces (the paper's section 4.1). XYZ is relative to the white of D65 throughout.
 
-/// Returns the matrix from linear sRGB to CIE XYZ, from the primaries of IEC 61966-2-1 and, as in the
-/// authors' program, the white D65 to five digits.
-Eigen::Matrix3d absolute_xyz_from_rgb() {
+/// Returns the matrix from linear sRGB to CIE XYZ relative to white, from the primaries of IEC 61966-2-1 and,
+/// as in the authors' program, the white D65 to five digits.
+Eigen::Matrix3d relative_xyz_from_rgb() {
   const auto xyz = [](double x, double y) { return Eigen::Vector3d(x / y, 1, (1 - x - y) / y); };
   Eigen::Matrix3d primaries;
   primaries << xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06);
   const Eigen::Vector3d scale = primaries.inverse() * xyz(0.31271, 0.32902);
-  return primaries * scale.asDiagonal();
-}
-
-Eigen::Matrix3d relative_xyz_from_rgb() {
-  const Eigen::Matrix3d absolute = absolute_xyz_from_rgb();
+  const Eigen::Matrix3d absolute = primaries * scale.asDiagonal();
   const Eigen::Vector3d white = absolute * Eigen::Vector3d::Ones();
   return white.cwiseInverse().asDiagonal() * absolute;
 }
@@ -198,39 +194,31 @@ struct Filters {
   int reach = 0;  ///< of the widest of them, pixels
 };
 
-/// Returns Σ kernel[tap] · source(tap), for `lanes` pixels.
-template <typename Source>
-Lanes weighted_sum(const Kernel& kernel, const Source& source) {
-  Lanes sum = Lanes::Zero();
-  for (Eigen::Index tap = 0; tap < kernel.size(); ++tap) sum += kernel[tap] * source(tap);
-  return sum;
-}
+enum class Direction { along_rows, along_columns };
 
-/// Convolves every row of pixels. `from` has `reach` more pixels at each end of a row than the result.
-Plane filter_rows(const Plane& from, const Kernel& kernel, int reach) {
+/// Convolves every row, or every column, of pixels. `from` has `reach` more pixels at each of their ends than
+/// the result.
+template <Direction direction>
+Plane filtered(const Plane& from, const Kernel& kernel, int reach) {
+  constexpr bool is_along_rows = direction == Direction::along_rows;
   const Eigen::Index start = reach - kernel.size() / 2;
-  Plane result(from.rows() - 2 * reach, from.cols());
+  Plane result(from.rows() - (is_along_rows ? 2 * reach : 0), from.cols() - (is_along_rows ? 0 : 2 * reach));
   for (Eigen::Index y = 0; y < result.cols(); ++y) {
     for (Eigen::Index x = 0; x < result.rows(); x += lanes) {
-      result.col(y).segment<lanes>(x) =
-          weighted_sum(kernel, [&](Eigen::Index tap) { return from.col(y).segment<lanes>(x + start + tap); });
+      Lanes sum = Lanes::Zero();
+      for (Eigen::Index tap = start; tap < start + kernel.size(); ++tap) {
+        const auto pixels =
+            is_along_rows ? from.col(y).segment<lanes>(x + tap) : from.col(y + tap).segment<lanes>(x);
+        sum += kernel[tap - start] * pixels;
+      }
+      result.col(y).segment<lanes>(x) = sum;
     }
   }
   return result;
 }
 
-/// Convolves every column of pixels. `from` has `reach` more rows at top and bottom than the result.
-Plane filter_columns(const Plane& from, const Kernel& kernel, int reach) {
-  const Eigen::Index start = reach - kernel.size() / 2;
-  Plane result(from.rows(), from.cols() - 2 * reach);
-  for (Eigen::Index y = 0; y < result.cols(); ++y) {
-    for (Eigen::Index x = 0; x < result.rows(); x += lanes) {
-      result.col(y).segment<lanes>(x) =
-          weighted_sum(kernel, [&](Eigen::Index tap) { return from.col(y + start + tap).segment<lanes>(x); });
-    }
-  }
-  return result;
-}
+constexpr auto filter_rows = filtered<Direction::along_rows>;
+constexpr auto filter_columns = filtered<Direction::along_columns>;
 
 /// A region of a picture as the eye resolves it.
 struct Perceived {

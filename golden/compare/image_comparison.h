@@ -1,5 +1,5 @@
 #pragma once
-/// Compares a picture with the golden one: how much and where they differ.
+/// Compares a picture with the golden one: how much and where they differ, and in which bodies.
 ///
 /// Rules in their order; the first that applies decides:
 ///
@@ -7,13 +7,15 @@
 ///  2. exact     pictures with equal pixels are equal, whatever the bytes of their files;
 ///  3. hard      no channel of any pixel may differ by more than `hard` levels;
 ///  4. count     at most `count` pixels may have a channel that differs by more than `level` levels;
-///  5. within    what is left differs within the tolerance.
+///  5. within    the remaining differences are within the tolerance.
 ///
 /// Levels are steps of the 8-bit sRGB code, 0 to 255.
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/image.h"
 
@@ -52,5 +54,42 @@ ImageComparison compare(const render::Image& expected, const render::Image& actu
 
 /// Returns true where no channel varies by more than two levels.
 bool is_blank(const render::Image& image);
+
+/// The pixels of a body in a picture, from an image of bodies (Renderer::draw_bodies). Body −1 is the sky, 0
+/// the world with the ground.
+struct BodyExtent {
+  int body = 0;
+  std::int64_t pixels = 0;
+  int left = 0, top = 0, right = -1, bottom = -1;  ///< the box around them, both ends included
+};
+
+/// Returns the body that is seen at a pixel of an image of bodies.
+int body_at(const render::Image& bodies, std::size_t pixel);
+
+/// Returns the visible bodies, ascending.
+std::vector<BodyExtent> body_extents(const render::Image& bodies);
+
+struct BodyBlame {
+  int body = 0;
+  std::string name;            ///< "sky", "ground and world" or the body's
+  std::int64_t differing = 0;  ///< pixels
+  std::int64_t levels = 0;     ///< their differences in the channel that differs most, summed
+  std::int64_t pixels = 0;     ///< where it is seen, in either picture
+  bool is_gone = false;        ///< it was in the golden picture and is not drawn any more
+};
+
+struct Blame {
+  std::int64_t foreground = 0;            ///< pixels that show a body other than the world, in either picture
+  std::int64_t differing_foreground = 0;  ///< those of them that differ
+  std::vector<BodyBlame> bodies;          ///< those with differing pixels, most levels first
+  bool is_everywhere = false;  ///< most of what is seen differs: light, camera or sky, not one body
+};
+
+/// Attributes each differing pixel to the body that the expected picture shows there or, where that is sky or
+/// world, to the body in the actual picture. `approved` is where bodies were when the golden picture was
+/// made: one that is drawn no more takes the differing pixels of its box. All images have one size.
+Blame blame(const render::Image& expected, const render::Image& actual, const render::Image& expected_bodies,
+            const render::Image& actual_bodies, const std::vector<BodyExtent>& approved,
+            const std::vector<std::string>& names);
 
 }  // namespace substep::golden

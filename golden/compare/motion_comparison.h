@@ -53,7 +53,7 @@ struct PosePair {
 };
 PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame);
 
-/// Where the runs come apart.
+/// The first difference of two runs.
 struct FirstChange {
   int frame = -1;                   ///< first with another state, −1: none
   std::vector<std::string> bodies;  ///< those whose state changed in it; empty: not known without a track
@@ -68,7 +68,7 @@ struct MotionComparison {
   FirstChange first;
   int contacts_frame = -1;  ///< first whose touching pairs differ; −1: none, or not known
   int limit_frame = -1;     ///< first beyond the tolerance, by poses or invariants
-  std::string limit;        ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
+  std::string limit;        ///< the figure beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
 };
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,

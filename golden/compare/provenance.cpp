@@ -6,40 +6,24 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "render/renderer.h"
 #include "sim/error.h"
-#include "sim/math/fnv1a.h"
+#include "sim/log/file_output.h"
 
 namespace substep::golden {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind("model name", 0) != 0) continue;
-    const auto start = line.find_first_not_of(" \t", line.find(':') + 1);
-    return start == std::string::npos ? std::string() : line.substr(start);
+/// Returns what follows `key` in the file's first line that begins with it; empty where there is none.
+std::string value_of(const char* file, std::string_view key) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    if (line.starts_with(key)) return line.substr(key.size());
   }
   return {};
 }
 
-/// "debian-12", as the system calls itself.
-std::string operating_system() {
-  std::ifstream file("/etc/os-release");
-  std::string id;
-  std::string version;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("ID=")) id = line.substr(3);
-    if (line.starts_with("VERSION_ID=")) version = line.substr(11);
-  }
-  return fmt::format("{} {}", id, version);
-}
-
-/// Small letters and digits, with one hyphen for whatever is between them.
+/// Returns small letters and digits, with one hyphen for whatever is between them.
 std::string as_word(const std::string& text) {
   std::string word;
   for (const unsigned char c : text) {
@@ -58,25 +42,26 @@ std::string as_word(const std::string& text) {
 MadeWith made_with(bool with_renderer) {
   MadeWith result;
   if (with_renderer) {
+    const char* const system = "/etc/os-release";
     result.renderer = render::renderer_description();
     result.is_pinned = render::is_pinned_renderer();
-    result.platform = as_word(result.renderer + " " + operating_system());
+    result.platform = as_word(
+        fmt::format("{} {} {}", result.renderer, value_of(system, "ID="), value_of(system, "VERSION_ID=")));
   }
   result.compiler = SUBSTEP_COMPILER;
-  result.processor = processor();
+  result.processor = value_of("/proc/cpuinfo", "model name");
+  result.processor.erase(0, result.processor.find_first_not_of(" \t:"));
   return result;
 }
 
-std::string content_hash(std::string_view bytes) {
-  return fmt::format("{:016x}", fnv1a(bytes));
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
 }
 
-std::string read_bytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-  return bytes;
+std::string read_bytes(const std::filesystem::path& file) {
+  std::optional<std::string> bytes = content_of(file);
+  if (!bytes) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  return std::move(*bytes);
 }
 
 }  // namespace substep::golden

@@ -7,14 +7,12 @@
 #include <bit>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <utility>
 
-#include "golden/compare/digest.h"
 #include "golden/compare/provenance.h"
-#include "sim/constraints/contact_finder.h"
 #include "sim/error.h"
 #include "sim/measure/invariants.h"
-#include "sim/model/model.h"
 
 namespace substep::golden {
 namespace {
@@ -27,20 +25,12 @@ std::uint16_t digest(const Coordinates& q, const Velocity& v) {
   return Digest().add(q.linear, q.angular.coeffs(), v.linear, v.angular).value();
 }
 
-/// In the order of a pose log: x y z, w x y z.
-double component(const Coordinates& q, int i) {
-  if (i < 3) return q.linear[i];
-  return i == 3 ? q.angular.w() : q.angular.coeffs()[i - 4];
+/// Returns a component in the order of a pose log: x y z, w x y z.
+double& component(Coordinates& q, int i) {
+  return i < 3 ? q.linear[i] : q.angular.coeffs()[i % 4];
 }
-
-void set_component(Coordinates& q, int i, double value) {
-  if (i < 3) {
-    q.linear[i] = value;
-  } else if (i == 3) {
-    q.angular.w() = value;
-  } else {
-    q.angular.coeffs()[i - 4] = value;
-  }
+double component(const Coordinates& q, int i) {
+  return i < 3 ? q.linear[i] : q.angular.coeffs()[i % 4];
 }
 
 std::int64_t to_units(double value) {
@@ -48,12 +38,10 @@ std::int64_t to_units(double value) {
   return std::llround(std::clamp(value, -farthest, farthest) / Track::resolution);
 }
 
-Coordinates rounded(const Coordinates& q) {
-  Coordinates result;
-  for (int i = 0; i < components; ++i) {
-    set_component(result, i, static_cast<double>(to_units(component(q, i))) * Track::resolution);
-  }
-  return result;
+Coordinates rounded(Coordinates q) {
+  for (int i = 0; i < components; ++i)
+    component(q, i) = static_cast<double>(to_units(component(q, i))) * Track::resolution;
+  return q;
 }
 
 void put(std::string& bytes, std::uint64_t value) {
@@ -156,8 +144,8 @@ Track unpacked(std::string_view bytes, const std::string& what) {
       std::uint64_t slope = 0;
       for (Track::Frame& frame : track.frames) {
         const std::uint64_t value = last + slope + input.signed_number();
-        set_component(frame.poses[body], i,
-                      static_cast<double>(static_cast<std::int64_t>(value)) * Track::resolution);
+        component(frame.poses[body], i) =
+            static_cast<double>(static_cast<std::int64_t>(value)) * Track::resolution;
         slope = value - last;
         last = value;
       }
@@ -180,47 +168,8 @@ Track unpacked(std::string_view bytes, const std::string& what) {
 
 }  // namespace
 
-struct Tracker::Implementation {
-  Implementation(const Scene& s, const Settings& set)
-      : scene(s), settings(set), model(build_model(s)), finder(scene, model) {}
-
-  Invariants invariants(const State& state) {
-    Invariants result;
-    result.energy = energy(scene, state);
-    for (std::size_t i = 1; i < state.v.size(); ++i) {
-      const bool is_slow =
-          state.v[i].linear.norm() < Track::resting_speed && state.v[i].angular.norm() < Track::resting_speed;
-      if (is_slow) ++result.resting;
-    }
-    if (!model.contacts) return result;
-    std::vector<std::pair<int, int>> pairs;
-    for (const Contact& contact : finder.find(state, settings.step, 1)) {
-      const Coordinates& a = state.q[static_cast<std::size_t>(contact.a)];
-      const Coordinates& b = state.q[static_cast<std::size_t>(contact.b)];
-      const Vector3 apart = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;
-      const double gap = apart.dot(b.angular * contact.normal_b);
-      result.penetration = std::max(result.penetration, -gap);
-      if (gap < Track::touching_gap) pairs.emplace_back(std::minmax(contact.a, contact.b));
-    }
-    std::sort(pairs.begin(), pairs.end());
-    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    Digest digest;
-    for (const auto& [a, b] : pairs) digest.add(static_cast<double>(a), static_cast<double>(b));
-    result.touching = digest.value();
-    return result;
-  }
-
-  const Scene& scene;
-  Settings settings;
-  Model model;
-  ContactFinder finder;
-  Track track;
-};
-
 Tracker::Tracker(const Scene& scene, const Settings& settings)
-    : implementation_(std::make_unique<Implementation>(scene, settings)) {}
-Tracker::~Tracker() = default;
-Tracker::Tracker(Tracker&&) noexcept = default;
+    : scene_(scene), settings_(settings), model_(build_model(scene)), finder_(scene_, model_) {}
 
 void Tracker::add(const State& state) {
   Track::Frame frame;
@@ -230,12 +179,32 @@ void Tracker::add(const State& state) {
     frame.poses[i] = rounded(state.q[i]);
     frame.digests[i] = digest(state.q[i], state.v[i]);
   }
-  frame.invariants = implementation_->invariants(state);
-  implementation_->track.frames.push_back(std::move(frame));
+  frame.invariants = invariants(state);
+  track_.frames.push_back(std::move(frame));
 }
 
-Track Tracker::take() {
-  return std::move(implementation_->track);
+Invariants Tracker::invariants(const State& state) {
+  Invariants result;
+  result.energy = energy(scene_, state);
+  for (std::size_t i = 1; i < state.v.size(); ++i) {
+    const bool is_slow =
+        state.v[i].linear.norm() < Track::resting_speed && state.v[i].angular.norm() < Track::resting_speed;
+    if (is_slow) ++result.resting;
+  }
+  if (!model_.contacts) return result;
+  std::set<std::pair<int, int>> pairs;
+  for (const Contact& contact : finder_.find(state, settings_.step, 1)) {
+    const Coordinates& a = state.q[static_cast<std::size_t>(contact.a)];
+    const Coordinates& b = state.q[static_cast<std::size_t>(contact.b)];
+    const Vector3 apart = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;
+    const double gap = apart.dot(b.angular * contact.normal_b);
+    result.penetration = std::max(result.penetration, -gap);
+    if (gap < Track::touching_gap) pairs.insert(std::minmax(contact.a, contact.b));
+  }
+  Digest digest;
+  for (const auto& [a, b] : pairs) digest.add(static_cast<double>(a), static_cast<double>(b));
+  result.touching = digest.value();
+  return result;
 }
 
 std::string to_bytes(const Track& track) {

@@ -6,14 +6,16 @@
 /// poses to a hundredth of a millimetre, so that the frame in which a change could first be seen is found by
 /// drawing it; and what stays meaningful where poses do not (invariants). It only explains: without a track a
 /// case is judged the same, with fewer words, but for a pose tolerance past a change of contacts
-/// (pose_judgement.h).
+/// (motion_comparison.h).
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sim/constraints/contact_finder.h"
+#include "sim/model/model.h"
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
@@ -46,14 +48,19 @@ struct Track {
 class Tracker {
  public:
   Tracker(const Scene& scene, const Settings& settings);
-  ~Tracker();
-  Tracker(Tracker&&) noexcept;
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
   void add(const State& state);
-  Track take();
+  Track take() { return std::move(track_); }
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  Invariants invariants(const State& state);
+
+  const Scene& scene_;
+  Settings settings_;
+  Model model_;
+  ContactFinder finder_;
+  Track track_;
 };
 
 /// Returns the track as the bytes of a file: deflated, deterministic.

@@ -1,6 +1,9 @@
 #pragma once
 /// Verdicts of cases, and the outcome of all of them.
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -41,13 +44,28 @@ inline std::string_view name(Verdict verdict) {
 }
 
 /// Returns the verdict of a name; error where there is none.
-Verdict verdict_named(std::string_view name);
+inline Verdict verdict_named(std::string_view name) {
+  const auto found = std::ranges::find(verdict_names, name);
+  return found == verdict_names.end() ? Verdict::error : static_cast<Verdict>(found - verdict_names.begin());
+}
 
 /// Returns 0: all pass. 1: something differs, is new, missing, an orphan or an error. 3: nothing but the
 /// environment.
-int exit_code(std::span<const Verdict> cases, std::size_t orphans);
+inline int exit_code(std::span<const Verdict> cases, std::size_t orphans) {
+  const Verdict gravest = cases.empty() ? Verdict::pass : std::ranges::min(cases);
+  if (orphans > 0 || gravest < Verdict::environment) return 1;
+  return gravest == Verdict::environment ? 3 : 0;
+}
 
 /// Returns one line, without what there is none of: "3 simulation changed, 1 orphan, 30 pass".
-std::string totals(std::span<const Verdict> cases, std::size_t orphans);
+inline std::string totals(std::span<const Verdict> cases, std::size_t orphans) {
+  std::string text;
+  for (const std::string_view name : verdict_names) {
+    if (name == "pass" && orphans > 0) text += fmt::format("{} orphan, ", orphans);
+    const auto count = std::ranges::count(cases, verdict_named(name));
+    if (count > 0 || name == "pass") text += fmt::format("{} {}{}", count, name, name == "pass" ? "" : ", ");
+  }
+  return text;
+}
 
 }  // namespace substep::golden

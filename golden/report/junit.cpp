@@ -1,12 +1,11 @@
-#include "golden/report/report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 #include <string_view>
 
-#include "golden/report/case_commands.h"
+#include "golden/report/failures.h"
+#include "golden/report/report.h"
 #include "render/markup.h"
 #include "sim/log/file_output.h"
 
@@ -15,83 +14,59 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool images_pass(const Json& entry) {
-  const Json& images = entry.at("images");
-  return std::all_of(images.begin(), images.end(),
-                     [](const Json& image) { return image.at("pass").get<bool>(); });
-}
+/// The tests of junit.xml.
+struct JunitSuite {
+  std::string xml;
+  int tests = 0, failures = 0, errors = 0;
+  double seconds = 0;
 
-class Suite {
- public:
+  /// Adds a test. `fault`: "failure", "error", or empty for a test that passes.
+  void add(const std::string& attributes, std::string_view fault, const std::string& message = {},
+           const std::string& text = {}) {
+    ++tests;
+    if (fault == "error") ++errors;
+    if (fault == "failure") ++failures;
+    xml += fmt::format("  <testcase {}", attributes);
+    if (!fault.empty()) xml += fmt::format("><{} message=\"{}\"", fault, render::escaped(message));
+    if (!text.empty()) xml += fmt::format(">{}</{}></testcase>\n", render::escaped(text), fault);
+    if (text.empty()) xml += fault.empty() ? "/>\n" : "/></testcase>\n";
+  }
+
   void add_case(const Json& entry, const ResultsLocation& location) {
-    const bool passes = entry.at("verdict") == "pass";
-    if (entry.at("verdict") == "error") {
-      return add("case", entry, "error", entry.at("cause").get<std::string>(), explanation(entry, location));
-    }
+    const auto text = [&](const char* key) { return entry.at(key).get<std::string>(); };
+    const auto add_half = [&](const char* half, double time, std::string_view fault, const char* message) {
+      const std::string attributes =
+          fmt::format("classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{:.3f}\"", half,
+                      render::escaped(text("name")), render::escaped(text("scene")), time);
+      if (fault.empty()) return add(attributes, fault);
+      add(attributes, fault, text(message), explanation(entry, location));
+    };
+    const auto time = entry.at("seconds").get<double>();
+    seconds += time;
+    if (text("verdict") == "error") return add_half("case", time, "error", "cause");
+    const bool passes = text("verdict") == "pass";
     const bool poses_pass = entry.at("poses").at("pass").get<bool>();
-    const bool has_images = !entry.at("images").empty();
-    const bool bad_images = !passes && has_images && (!images_pass(entry) || poses_pass);
+    const Json& images = entry.at("images");
+    const bool images_pass =
+        std::ranges::all_of(images, [](const Json& i) { return i.at("pass").get<bool>(); });
+    const bool bad_images = !passes && !images.empty() && (!images_pass || poses_pass);
     // A case that does not pass fails at least one of the two.
     const bool bad_poses = !passes && (!poses_pass || !bad_images);
-    const auto add_half = [&](const char* half, bool is_bad) {
-      if (!is_bad) return add(half, entry, nullptr, {}, {});
-      add(half, entry, "failure", entry.at("meaning").get<std::string>(), explanation(entry, location));
-    };
-    add_half("poses", bad_poses);
-    if (has_images) add_half("images", bad_images);
+    // The first test has the case's time: the sum is what the check took.
+    add_half("poses", time, bad_poses ? "failure" : "", "meaning");
+    if (!images.empty()) add_half("images", 0, bad_images ? "failure" : "", "meaning");
   }
 
-  void add_error(const std::string& name, const std::string& why) {
-    ++tests_;
-    ++errors_;
-    xml_ += fmt::format("  <testcase classname=\"check\" name=\"{}\"><error message=\"{}\"/></testcase>\n",
-                        render::escaped(name), render::escaped(why));
-  }
-
-  void add_orphan(const std::string& file) {
-    ++tests_;
-    ++failures_;
-    xml_ += fmt::format(
-        "  <testcase classname=\"orphans\" name=\"{0}\" file=\"{0}\"><failure message=\"{0} belongs to no "
-        "case\"/></testcase>\n",
-        render::escaped(file));
+  void add_error(const std::string& why) {
+    add("classname=\"check\" name=\"the whole suite\"", "error", why);
   }
 
   void write(const std::filesystem::path& output) const {
     write_file(junit_file(output),
                fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"substep check\" "
                            "tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n{}</testsuite>\n",
-                           tests_, failures_, errors_, seconds_, xml_));
+                           tests, failures, errors, seconds, xml));
   }
-
- private:
-  /// `what` is null for a test that passes.
-  void add(const char* half, const Json& entry, const char* what, const std::string& message,
-           const std::string& text) {
-    ++tests_;
-    // A case's time is its first test's: the sum is what the check took.
-    const bool is_first = entry.at("name") != last_name_;
-    last_name_ = entry.at("name");
-    const double seconds = is_first ? entry.at("seconds").get<double>() : 0;
-    seconds_ += seconds;
-    xml_ += fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{:.3f}\"", half,
-                        render::escaped(last_name_), render::escaped(entry.at("scene").get<std::string>()),
-                        seconds);
-    if (what == nullptr) {
-      xml_ += "/>\n";
-      return;
-    }
-    (std::string_view(what) == "error" ? errors_ : failures_) += 1;
-    xml_ += fmt::format("><{0} message=\"{1}\">{2}</{0}></testcase>\n", what, render::escaped(message),
-                        render::escaped(text));
-  }
-
-  std::string xml_;
-  std::string last_name_;
-  int tests_ = 0;
-  int failures_ = 0;
-  int errors_ = 0;
-  double seconds_ = 0;
 };
 
 }  // namespace
@@ -102,19 +77,23 @@ std::filesystem::path junit_file(const std::filesystem::path& output) {
 
 void write_junit(const Json& results, const std::filesystem::path& output) {
   const ResultsLocation location = location_of(results, output);
-  Suite suite;
+  JunitSuite suite;
   for (const Json& entry : results.at("cases")) suite.add_case(entry, location);
-  for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.get<std::string>());
+  for (const std::string file : results.at("orphans")) {
+    const std::string name = render::escaped(file);
+    suite.add(fmt::format("classname=\"orphans\" name=\"{0}\" file=\"{0}\"", name), "failure",
+              file + " belongs to no case");
+  }
   if (!results.at("ended").get<bool>()) {
-    suite.add_error("the whole suite", fmt::format("the check did not end: {} of {} cases were checked",
-                                                   results.at("cases").size(), results.at("of").get<int>()));
+    suite.add_error(fmt::format("the check did not end: {} of {} cases were checked",
+                                results.at("cases").size(), results.at("of").get<int>()));
   }
   suite.write(output);
 }
 
 void write_failed_junit(const std::string& why, const std::filesystem::path& output) {
-  Suite suite;
-  suite.add_error("the whole suite", why);
+  JunitSuite suite;
+  suite.add_error(why);
   suite.write(output);
 }
 

@@ -1,4 +1,4 @@
-#include "golden/suite/scene_parts.h"
+#include "golden/suite/sidecar.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <type_traits>
-
-#include "golden/compare/digest.h"
 
 namespace substep::golden {
 namespace {
@@ -135,7 +133,7 @@ std::string light_and_camera(const Scene& scene) {
   return text_of(camera) + text_of(light);
 }
 
-/// A kind of part: its key in the sidecar, how it is called, and what it bears on.
+/// A kind of part: its key in the sidecar, how it is called, and whether motion or pictures depend on it.
 struct Kind {
   const char* key;
   const char* text;
@@ -166,52 +164,17 @@ std::vector<std::string> differing(const std::string& noted, const std::string& 
   return result;
 }
 
-class Comparison {
- public:
-  Comparison(const Json& noted, const Scene& scene) : noted_(noted), here_(scene_parts(scene)) {}
+/// Returns the entries of `all` that are not in `known`.
+std::vector<std::string> without(std::vector<std::string> all, const std::vector<std::string>& known) {
+  std::erase_if(all, [&](const std::string& name) { return std::ranges::find(known, name) != known.end(); });
+  return all;
+}
 
-  void say(const Kind& kind, const std::string& what) {
-    result.moves = result.moves || kind.moves;
-    result.is_drawn = result.is_drawn || kind.is_drawn;
-    result.text += (result.text.empty() ? "" : "; ") + what;
-  }
-
-  void compare_list(const Kind& kind, const std::vector<std::string>& names) {
-    const std::string before = noted_.value(kind.key, std::string());
-    const std::string after = here_.at(kind.key);
-    if (before == after) return;
-    if (before.size() != after.size()) {
-      return say(kind, fmt::format("{}: {} there, {} here", kind.text, before.size() / digits,
-                                   after.size() / digits));
-    }
-    say(kind, fmt::format("{} of {}", kind.text, listed(differing(before, after, names))));
-  }
-
-  SceneDifference result;
-
- private:
-  const Json& noted_;
-  Json here_;
-};
-
-/// Bodies by their names: those that are gone and those that are new.
-void compare_names(const std::vector<std::string>& before, const std::vector<std::string>& after,
-                   Comparison& comparison) {
-  const auto without = [](const std::vector<std::string>& all, const std::vector<std::string>& known) {
-    std::vector<std::string> rest;
-    for (const std::string& name : all) {
-      if (std::find(known.begin(), known.end(), name) == known.end()) rest.push_back(name);
-    }
-    return rest;
-  };
-  const Kind bodies{"", "", true, true};
-  const auto gone = without(before, after);
-  const auto fresh = without(after, before);
-  if (!gone.empty()) comparison.say(bodies, "gone: " + listed(gone));
-  if (!fresh.empty()) comparison.say(bodies, "new: " + listed(fresh));
-  if (gone.empty() && fresh.empty()) {
-    comparison.say(bodies, fmt::format("{} bodies there, {} here", before.size() - 1, after.size() - 1));
-  }
+template <typename Item>
+std::vector<std::string> names_of(const std::vector<Item>& items) {
+  std::vector<std::string> names;
+  for (const Item& item : items) names.push_back(item.name);
+  return names;
 }
 
 }  // namespace
@@ -242,23 +205,42 @@ Json scene_parts(const Scene& scene) {
 
 SceneDifference scene_difference(const Json& noted, const Scene& scene,
                                  const std::vector<std::string>& names) {
-  Comparison comparison(noted, scene);
-  std::vector<std::string> bodies;
-  for (const Body& body : scene.bodies) bodies.push_back(body.name);
+  const Json here = scene_parts(scene);
+  SceneDifference result;
+  const auto add = [&](const Kind& kind, const std::string& what) {
+    result.moves = result.moves || kind.moves;
+    result.is_drawn = result.is_drawn || kind.is_drawn;
+    result.text += (result.text.empty() ? "" : "; ") + what;
+  };
+  const auto compare = [&](const Kind& kind, const std::vector<std::string>& items) {
+    const std::string before = noted.value(kind.key, std::string());
+    const std::string after = here.at(kind.key);
+    if (before.size() != after.size()) {
+      add(kind,
+          fmt::format("{}: {} there, {} here", kind.text, before.size() / digits, after.size() / digits));
+    } else if (before != after) {
+      add(kind, fmt::format("{} of {}", kind.text, listed(differing(before, after, items))));
+    }
+  };
+  std::vector<std::string> bodies = names_of(scene.bodies);
   bodies.front() = "the world";
   std::vector<std::string> before = names.empty() ? bodies : names;
   before.front() = bodies.front();
-  comparison.compare_list({"world", "gravity or step", true, false}, {"the scene"});
-  comparison.compare_list({"view", "placement or strength", false, true}, {"camera", "light"});
+  compare({"world", "gravity or step", true, false}, {"the scene"});
+  compare({"view", "placement or strength", false, true}, {"camera", "light"});
   if (noted.value("mass", std::string()).size() == bodies.size() * digits) {
-    for (const Kind& kind : body_kinds) comparison.compare_list(kind, bodies);
+    for (const Kind& kind : body_kinds) compare(kind, bodies);
   } else {
-    compare_names(before, bodies, comparison);
+    const Kind kind{"", "", true, true};
+    const auto gone = without(before, bodies);
+    const auto added = without(bodies, before);
+    if (!gone.empty()) add(kind, "gone: " + listed(gone));
+    if (!added.empty()) add(kind, "new: " + listed(added));
+    if (gone.empty() && added.empty())
+      add(kind, fmt::format("{} bodies there, {} here", before.size() - 1, bodies.size() - 1));
   }
-  std::vector<std::string> joints;
-  for (const Joint& joint : scene.joints) joints.push_back(joint.name);
-  comparison.compare_list({"joints", "joint", true, false}, joints);
-  return std::move(comparison.result);
+  compare({"joints", "joint", true, false}, names_of(scene.joints));
+  return result;
 }
 
 }  // namespace substep::golden

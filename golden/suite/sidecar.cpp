@@ -4,35 +4,19 @@
 
 #include <algorithm>
 
-#include "golden/suite/scene_parts.h"
 #include "sim/error.h"
 #include "sim/loading/json_value.h"
+#include "sim/measure/json.h"
 
 namespace substep::golden {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr const char* sidecar_format = "substep golden 1";
-
-Json to_json(const std::vector<BodyExtent>& bodies) {
-  Json json = Json::array();
-  for (const BodyExtent& b : bodies) json.push_back({b.body, b.pixels, b.left, b.top, b.right, b.bottom});
-  return json;
-}
-
-std::vector<BodyExtent> extents_in(const Json& json) {
-  std::vector<BodyExtent> result;
-  for (const Json& b : json) result.push_back({b.at(0), b.at(1), b.at(2), b.at(3), b.at(4), b.at(5)});
-  return result;
-}
 
 /// Writes an item a line, but a list of numbers in one line, since a sidecar has some for every body.
 void write_json(const Json& json, std::size_t depth, std::string& text) {
   const auto is_plain = [](const Json& item) { return !item.is_structured(); };
-  if (is_plain(json) || json.empty() ||
-      (json.is_array() && std::all_of(json.begin(), json.end(), is_plain))) {
+  if (is_plain(json) || json.empty() || (json.is_array() && std::ranges::all_of(json, is_plain))) {
     text += json.dump();
     return;
   }
@@ -47,23 +31,23 @@ void write_json(const Json& json, std::size_t depth, std::string& text) {
   text += fmt::format("\n{:{}}{}", "", depth, json.is_array() ? "]" : "}");
 }
 
-void read_pictures(const Json& json, Sidecar& result) {
-  for (const Json& image : json.at("images")) {
-    result.pictures.push_back({image.at("frame"), image.at("pixels"), extents_in(image.at("bodies"))});
-  }
+Sidecar::Picture picture_in(const Json& json) {
+  Sidecar::Picture picture{json.at("frame"), json.at("pixels"), {}};
+  for (const Json& b : json.at("bodies"))
+    picture.bodies.push_back({b.at(0), b.at(1), b.at(2), b.at(3), b.at(4), b.at(5)});
+  return picture;
 }
 
 }  // namespace
 
 const Sidecar::Picture* Sidecar::picture(int frame) const {
-  const auto found =
-      std::find_if(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.frame == frame; });
+  const auto found = std::ranges::find(pictures, frame, &Picture::frame);
   return found == pictures.end() ? nullptr : &*found;
 }
 
-Sidecar read_sidecar(const fs::path& file) {
+Sidecar read_sidecar(const std::filesystem::path& file) {
   Sidecar result;
-  if (!fs::exists(file)) return result;
+  if (!std::filesystem::exists(file)) return result;
   result.is_there = true;
   try {
     const Json json = parse_json<Json>(read_bytes(file), file.string());
@@ -73,7 +57,7 @@ Sidecar read_sidecar(const fs::path& file) {
     result.parts = json.at("parts");
     result.pose_log_hash = json.at("poses").at("log_hash");
     result.track_hash = json.at("poses").at("track_hash");
-    read_pictures(json, result);
+    for (const Json& image : json.at("images")) result.pictures.push_back(picture_in(image));
   } catch (const Json::exception&) {
     throw Error(fmt::format(
         "{}: is damaged: put back the one that was approved, or delete it and approve the case again",
@@ -90,26 +74,27 @@ Json to_json(const MadeWith& made_with) {
           {"processor", made_with.processor}};
 }
 
-Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
-                  std::span<const ApprovablePicture> pictures, const MadeWith& made_with) {
+Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string& track_hash,
+                  const Scene& scene, const std::vector<Sidecar::Picture>& pictures,
+                  const MadeWith& made_with) {
   Json images = Json::array();
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const render::Image& picture = *pictures[i].picture;
-    images.push_back({{"frame", entry.images[i]},
-                      {"pixels", pixel_hash(picture)},
-                      {"bodies", to_json(pictures[i].bodies)}});
+  for (const Sidecar::Picture& picture : pictures) {
+    Json bodies = Json::array();
+    for (const BodyExtent& b : picture.bodies)
+      bodies.push_back({b.body, b.pixels, b.left, b.top, b.right, b.bottom});
+    images.push_back({{"frame", picture.frame}, {"pixels", picture.pixels}, {"bodies", bodies}});
   }
-  return {{"format", sidecar_format},
+  return {{"format", "substep golden 1"},
           {"case", entry.name},
           {"scene", entry.scene.filename().string()},
-          {"scene_hash", fmt::format("{:016x}", scene.hash)},
+          {"scene_hash", hash_text(scene.hash)},
           {"settings", run_settings(entry)},
           {"frames", entry.frames},
           {"poses",
-           {{"first", fmt::format("{:016x}", run.log->frames.front().hash)},
-            {"last", fmt::format("{:016x}", run.log->frames.back().hash)},
-            {"log_hash", run.pose_log_hash},
-            {"track_hash", run.track_hash}}},
+           {{"first", hash_text(log.frames.front().hash)},
+            {"last", hash_text(log.frames.back().hash)},
+            {"log_hash", content_hash(to_text(log))},
+            {"track_hash", track_hash}}},
           {"parts", scene_parts(scene)},
           {"size", {entry.width, entry.height}},
           {"images", images},
@@ -143,10 +128,6 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
     text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, golden, here_too);
   }
   return text;
-}
-
-std::string pixel_hash(const render::Image& image) {
-  return fmt::format("{:016x}", hash(image));
 }
 
 }  // namespace substep::golden

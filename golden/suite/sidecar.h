@@ -1,18 +1,17 @@
 #pragma once
 /// The sidecar of a case: provenance of its goldens, what they show, and when and why they were approved. It
-/// explains a failure and never makes a case fail.
+/// explains a failure and never makes a case fail. It has digests of the scene's parts, which tell the part
+/// of a body that differs between two scenes.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "golden/compare/blame.h"
+#include "golden/compare/image_comparison.h"
 #include "golden/compare/provenance.h"
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
-#include "sim/measure/json.h"
 #include "sim/scene/scene.h"
 
 namespace substep::golden {
@@ -39,22 +38,10 @@ struct Sidecar {
 /// Reads a sidecar, if there is one. Throws Error where it is damaged.
 Sidecar read_sidecar(const std::filesystem::path& file);
 
-/// A picture of a case that could be approved.
-struct ApprovablePicture {
-  const render::Image* picture = nullptr;
-  std::vector<BodyExtent> bodies;
-};
-
-/// A case's run that could be approved, with the files of its logs.
-struct ApprovableRun {
-  const PoseLog* log = nullptr;
-  std::string pose_log_hash;
-  std::string track_hash;
-};
-
-/// Returns the sidecar of goldens made here. `pictures` are those of entry.images.
-nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
-                                    std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
+/// Returns the sidecar of goldens made here: a run's log, the hash of its track's file, and its pictures.
+nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string& track_hash,
+                                    const Scene& scene, const std::vector<Sidecar::Picture>& pictures,
+                                    const MadeWith& made_with);
 
 /// Returns the settings of a case's run. A run made elsewhere has its name in place of the algorithm.
 nlohmann::ordered_json run_settings(const SuiteCase& entry);
@@ -68,7 +55,20 @@ nlohmann::ordered_json to_json(const MadeWith& made_with);
 /// same.
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
 
-/// 16 hexadecimal digits of hash(image).
-std::string pixel_hash(const render::Image& image);
+/// Returns four hexadecimal digits for each part of each body and joint of the scene as loaded, in the order
+/// of Scene::bodies.
+nlohmann::ordered_json scene_parts(const Scene& scene);
+
+/// The differences between a scene and the noted parts of another.
+struct SceneDifference {
+  bool moves = false;     ///< something that motion depends on differs
+  bool is_drawn = false;  ///< something that is drawn differs
+  std::string text;       ///< "mass of box_3; mesh or colour of box_1, box_2 and 5 more"; empty: nothing
+};
+
+/// Compares a scene with noted digests. `names` are the noted bodies' names from its pose log; empty without
+/// one.
+SceneDifference scene_difference(const nlohmann::ordered_json& noted, const Scene& scene,
+                                 const std::vector<std::string>& names);
 
 }  // namespace substep::golden

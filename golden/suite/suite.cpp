@@ -76,33 +76,41 @@ class Reader : private TomlValues {
     return *value;
   }
 
-  void read_pose_tolerance(const toml::table& table, PoseTolerance& tolerance) const {
-    expect_keys(table, "pose_tolerance", {"position", "orientation", "energy", "penetration", "resting"});
-    if (const auto* node = table.get("position")) tolerance.position = number(*node, "position");
-    if (const auto* node = table.get("orientation")) tolerance.orientation = number(*node, "orientation");
-    if (const auto* node = table.get("energy")) tolerance.energy = number(*node, "energy");
-    if (const auto* node = table.get("penetration")) tolerance.penetration = number(*node, "penetration");
-    if (const auto* node = table.get("resting")) {
-      tolerance.resting = integer(*node, "resting", 0, largest_frame_count);
-    }
+  /// Sets the value where the table has the key.
+  void read(const toml::table& table, std::string_view key, int low, int high, auto& value) const {
+    if (const toml::node* const node = table.get(key)) value = integer(*node, key, low, high);
   }
 
-  /// Returns a list that may be empty.
-  const toml::array& list(const toml::node& node, std::string_view key) const {
-    return node.is_array() && node.as_array()->empty() ? *node.as_array() : array(node, key);
+  void read_tolerances(const toml::table& table, SuiteCase& entry) const {
+    if (const auto* node = table.get("tolerance")) {
+      const toml::table& own = table_in(*node, "tolerance");
+      expect_keys(own, "tolerance", {"hard", "level", "count", "flip"});
+      if (const auto* flip = own.get("flip")) entry.tolerance.flip = number(*flip, "flip");
+      read(own, "hard", 0, 255, entry.tolerance.hard);
+      read(own, "level", 0, 255, entry.tolerance.level);
+      read(own, "count", 0, largest_size * largest_size, entry.tolerance.count);
+    }
+    if (const auto* node = table.get("pose_tolerance")) {
+      const toml::table& own = table_in(*node, "pose_tolerance");
+      expect_keys(own, "pose_tolerance", {"position", "orientation", "energy", "penetration", "resting"});
+      PoseTolerance& limits = entry.pose_tolerance ? *entry.pose_tolerance : entry.pose_tolerance.emplace();
+      for (const auto& [key, value] :
+           {std::pair("position", &limits.position), std::pair("orientation", &limits.orientation),
+            std::pair("energy", &limits.energy), std::pair("penetration", &limits.penetration)}) {
+        if (const auto* limit = own.get(key)) *value = number(*limit, key);
+      }
+      read(own, "resting", 0, largest_frame_count, limits.resting);
+    }
   }
 
   void read_plan(const toml::table& table, Plan& plan) const {
-    if (const auto* node = table.get("frames"))
-      plan.entry.frames = integer(*node, "frames", 1, largest_frame_count);
-    if (const auto* node = table.get("full_every")) {
-      plan.entry.full_every = integer(*node, "full_every", 1, largest_frame_count);
-    }
+    read(table, "frames", 1, largest_frame_count, plan.entry.frames);
+    read(table, "full_every", 1, largest_frame_count, plan.entry.full_every);
     if (const auto* node = table.get("images")) {
       plan.entry.images.clear();
-      for (const toml::node& frame : list(*node, "images")) {  // none: poses alone
+      const bool has_none = node->is_array() && node->as_array()->empty();  // poses alone
+      for (const toml::node& frame : has_none ? *node->as_array() : array(*node, "images"))
         plan.entry.images.push_back(integer(frame, "images", 0, largest_frame_count));
-      }
       std::ranges::sort(plan.entry.images);
     }
     if (const auto* node = table.get("size")) {
@@ -112,12 +120,7 @@ class Reader : private TomlValues {
       plan.entry.height = integer(size[1], "size", 16, largest_size);
     }
     read_origin(table, plan);
-    if (const auto* node = table.get("tolerance"))
-      read_tolerance(table_in(*node, "tolerance"), plan.entry.tolerance);
-    if (const auto* node = table.get("pose_tolerance")) {
-      if (!plan.entry.pose_tolerance) plan.entry.pose_tolerance.emplace();
-      read_pose_tolerance(table_in(*node, "pose_tolerance"), *plan.entry.pose_tolerance);
-    }
+    read_tolerances(table, plan.entry);
     if (const auto* node = table.get("renderer")) {
       const std::string renderer = text(*node, "renderer");
       if (renderer != "any" && renderer != "pinned") fail(*node, "'renderer' must be \"pinned\" or \"any\"");
@@ -127,21 +130,10 @@ class Reader : private TomlValues {
     if (const auto* node = table.get("settings")) {
       const toml::table& settings = table_in(*node, "settings");
       for (const auto& [key, value] : settings) {
-        if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key.str()) == algorithm_keys.end())
-          continue;
+        if (std::ranges::find(algorithm_keys, key.str()) == algorithm_keys.end()) continue;
         expect_keys(table_in(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys());
       }
       plan.settings.push_back(&settings);
-    }
-  }
-
-  void read_tolerance(const toml::table& table, ImageTolerance& tolerance) const {
-    expect_keys(table, "tolerance", {"hard", "level", "count", "flip"});
-    if (const auto* node = table.get("flip")) tolerance.flip = number(*node, "flip");
-    if (const auto* node = table.get("hard")) tolerance.hard = integer(*node, "hard", 0, 255);
-    if (const auto* node = table.get("level")) tolerance.level = integer(*node, "level", 0, 255);
-    if (const auto* node = table.get("count")) {
-      tolerance.count = integer(*node, "count", 0, largest_size * largest_size);
     }
   }
 
@@ -171,10 +163,11 @@ class Reader : private TomlValues {
     const toml::node* const command = table.get("command");
     const toml::node* const poses = table.get("poses");
     const int given = (algorithms != nullptr) + (command != nullptr) + (poses != nullptr);
+    if (given == 0) return;
     if (given > 1) fail(table, "give one of 'algorithms', 'command' and 'poses'");
     SuiteCase& entry = plan.entry;
-    if (given == 1) entry.command.clear();
-    if (given == 1) entry.author.clear();
+    entry.command.clear();
+    entry.author.clear();
     if (algorithms != nullptr) plan.algorithms = this->algorithms(*algorithms, "algorithms");
     if (command != nullptr) {
       for (const toml::node& word : array(*command, "command"))
@@ -200,59 +193,58 @@ class Reader : private TomlValues {
     expect_keys(table, "[[case]]", keys);
     Plan plan = defaults;
     read_plan(table, plan);
+    SuiteCase& entry = plan.entry;
     const toml::node* scene = table.get("scene");
     if (scene == nullptr) fail(table, "[[case]] without a 'scene'");
-    const fs::path scene_file = text(*scene, "scene");
-    const std::string scene_name = scene_file.stem().string();
-    if (!is_case_name(scene_name)) {
+    entry.scene = text(*scene, "scene");
+    if (!is_case_name(entry.scene.stem().string())) {
       fail(*scene,
-           fmt::format("scene '{}': its name must be of letters, digits, _ and -", scene_file.string()));
+           fmt::format("scene '{}': its name must be of letters, digits, _ and -", entry.scene.string()));
     }
+    entry.scene = (suite.folder() / entry.scene).lexically_normal();
     std::string variant;
     if (const auto* node = table.get("variant")) {
-      variant = text(*node, "variant");
-      if (!is_case_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
+      variant = "-" + text(*node, "variant");
+      if (!is_case_name(variant.substr(1))) fail(*node, "'variant' must be of letters, digits, _ and -");
     }
-    for (const int frame : plan.entry.images) {
-      if (frame > plan.entry.frames || (frame % plan.entry.full_every != 0 && frame != plan.entry.frames)) {
+    for (const int frame : entry.images) {
+      if (frame > entry.frames || (frame % entry.full_every != 0 && frame != entry.frames)) {
         fail(table,
              fmt::format("image of frame {}: must be a multiple of full_every = {} or the last frame, {}",
-                         frame, plan.entry.full_every, plan.entry.frames));
+                         frame, entry.full_every, entry.frames));
       }
     }
     // A simulator gets the iterations of A2, as an engine's panel does.
     if (plan.is_foreign()) plan.algorithms = {Algorithm::a2};
-    for (const Algorithm algorithm : plan.algorithms) {
-      SuiteCase result = plan.entry;
-      const std::string who = plan.is_foreign() ? plan.entry.author : std::string(name(algorithm));
-      const std::string slug = variant.empty() ? who : fmt::format("{}-{}", who, variant);
-      result.name = fmt::format("{}.{}", scene_name, slug);
-      result.scene = (suite.folder() / scene_file).lexically_normal();
-      result.settings = default_settings(algorithm);
-      for (const toml::table* settings : plan.settings) {
-        apply(*settings, result);
-        const auto* own = settings->get_as<toml::table>(name(algorithm));
-        if (own != nullptr && !plan.is_foreign()) apply(*own, result);
-      }
-      try {
-        check(result.settings);
-      } catch (const Error& error) {
-        fail(table, fmt::format("{}: {}", result.name, error.what()));
-      }
-      place_goldens(suite.folder(), scene_name, slug, result);
-      if (!names_.insert(result.name).second) {
-        fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
-      }
-      suite.cases.push_back(std::move(result));
-    }
+    for (const Algorithm algorithm : plan.algorithms) add_case(table, plan, algorithm, variant, suite);
   }
 
-  static void place_goldens(const fs::path& folder, const std::string& scene_name, const std::string& slug,
-                            SuiteCase& result) {
-    result.suite_folder = folder;
-    result.pose_file = folder / "poses" / scene_name / (slug + ".poses");
-    result.track_file = folder / "poses" / scene_name / (slug + ".track");
-    result.sidecar = folder / "images" / scene_name / (slug + ".json");
+  /// Adds the case of one algorithm. `variant`: what its name ends in.
+  void add_case(const toml::table& table, const Plan& plan, Algorithm algorithm, const std::string& variant,
+                Suite& suite) {
+    SuiteCase result = plan.entry;
+    const std::string author = plan.is_foreign() ? result.author : std::string(name(algorithm));
+    const std::string scene_name = result.scene.stem().string();
+    result.name = scene_name + "." + author + variant;
+    result.settings = default_settings(algorithm);
+    for (const toml::table* settings : plan.settings) {
+      apply(*settings, result);
+      const auto* own = settings->get_as<toml::table>(name(algorithm));
+      if (own != nullptr && !plan.is_foreign()) apply(*own, result);
+    }
+    try {
+      check(result.settings);
+    } catch (const Error& error) {
+      fail(table, fmt::format("{}: {}", result.name, error.what()));
+    }
+    result.suite_folder = suite.folder();
+    result.pose_file = suite.folder() / "poses" / scene_name / (author + variant + ".poses");
+    result.track_file = fs::path(result.pose_file).replace_extension(".track");
+    result.sidecar = suite.folder() / "images" / scene_name / (author + variant + ".json");
+    if (!names_.insert(result.name).second) {
+      fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
+    }
+    suite.cases.push_back(std::move(result));
   }
 
   std::set<std::string> names_;
@@ -290,35 +282,29 @@ Suite read_suite(const fs::path& file) {
 }
 
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
-  if (names.empty()) return suite.cases;
-  std::vector<SuiteCase> chosen;
-  std::set<std::string> matched;
-  for (const SuiteCase& entry : suite.cases) {
-    const std::string scene_name = entry.scene.stem().string();
-    bool wanted = false;
-    for (const std::string& name : names) {
-      if (name != entry.name && name != scene_name) continue;
-      matched.insert(name);
-      wanted = true;
-    }
-    if (wanted) chosen.push_back(entry);
-  }
+  const auto is_named = [](const SuiteCase& entry, const std::string& name) {
+    return name == entry.name || name == entry.scene.stem();
+  };
   for (const std::string& name : names) {
-    if (matched.count(name) != 0) continue;
+    if (std::ranges::any_of(suite.cases, [&](const auto& entry) { return is_named(entry, name); })) continue;
     std::vector<std::string_view> known;
     for (const SuiteCase& entry : suite.cases) known.push_back(entry.name);
     throw Error(
         fmt::format("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " ")));
   }
+  std::vector<SuiteCase> chosen = suite.cases;
+  std::erase_if(chosen, [&](const SuiteCase& entry) {
+    const auto names_it = [&](const std::string& name) { return is_named(entry, name); };
+    return !names.empty() && std::ranges::none_of(names, names_it);
+  });
   return chosen;
 }
 
 std::vector<fs::path> orphans(const Suite& suite) {
   std::set<fs::path> claimed;
   for (const SuiteCase& entry : suite.cases) {
-    claimed.insert(entry.pose_file.lexically_normal());
-    claimed.insert(entry.track_file.lexically_normal());
-    claimed.insert(entry.sidecar.lexically_normal());
+    for (const fs::path& file : {entry.pose_file, entry.track_file, entry.sidecar})
+      claimed.insert(file.lexically_normal());
     for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
   }
   std::vector<fs::path> result;

@@ -25,7 +25,7 @@
 ///
 ///     [[case]]                        # a run made elsewhere, in place of `algorithms`: one case
 ///     scene = "../scenes/arm.gltf"
-///     command = ["python3", "../arm.py", "{scene}", "{settings}", "{poses}"]   # command_engine.h
+///     command = ["python3", "../arm.py", "{scene}", "{settings}", "{poses}"]   # engines.h
 ///
 ///     [[case]]
 ///     scene = "../scenes/arm.gltf"
@@ -51,7 +51,7 @@
 #include "golden/compare/motion_comparison.h"
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
-#include "sim/study/engines/command_engine.h"
+#include "sim/study/engines/engines.h"
 
 namespace substep::golden {
 
@@ -70,9 +70,8 @@ struct SuiteCase {
   int height = 180;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
-  bool any_renderer =
-      false;  ///< pictures are exact on the renderer that they were approved on, whatever that is
-  double time_limit = 120;  ///< s, for checking it: one that takes longer is an error
+  bool any_renderer = false;  ///< pictures are exact on the renderer that approved them, whatever that is
+  double time_limit = 120;    ///< s, for checking it: one that takes longer is an error
 
   std::filesystem::path suite_folder;  ///< where the goldens are
   std::filesystem::path pose_file;     ///< the golden pose log

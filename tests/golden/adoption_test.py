@@ -3,6 +3,7 @@
 adoption_test.py SUBSTEP SOURCE_FOLDER [TEST]...
 """
 
+import fcntl
 import json
 import os
 import pathlib
@@ -10,10 +11,73 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
+import tempfile
 import textwrap
 import time
+import xml.etree.ElementTree as xml
 
-from another_project import SCENES, SOURCE, SUBSTEP, SUITE, Project, expect, run
+SUBSTEP = pathlib.Path(sys.argv[1]).resolve()
+SOURCE = pathlib.Path(sys.argv[2]).resolve()
+SCENES = SOURCE / "scenes"
+SUITE = """
+[defaults]
+frames = 20
+images = [20]
+size = [96, 54]
+algorithms = ["a3", "a5"]
+"""
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+class Project:
+    """A repository of its own with scenes in it, and `substep` on the path."""
+
+    def __init__(self, folder, scenes=("box_stack", "pendulum")):
+        self.folder = pathlib.Path(folder)
+        (self.folder / "scenes").mkdir(parents=True)
+        for scene in scenes:
+            shutil.copy(SCENES / f"{scene}.gltf", self.folder / "scenes")
+
+    def with_goldens(self, suite=SUITE):
+        names = sorted(path.name for path in (self.folder / "scenes").iterdir())
+        (self.folder / "golden").mkdir()
+        cases = "".join(f'[[case]]\nscene = "../scenes/{name}"\n' for name in names)
+        (self.folder / "golden/suite.toml").write_text(suite + cases)
+        self.shell("substep check", 1)
+        self.shell('substep approve --failed --reason "the first"', 0)
+        return self
+
+    def scene(self, name):
+        return self.folder / "scenes" / f"{name}.gltf"
+
+    def replace(self, name, old, new, count=-1):
+        file = self.folder / name
+        file.write_text(file.read_text().replace(old, new, count))
+
+    def damage(self, name):
+        self.scene(name).write_text(self.scene(name).read_text()[:700])
+
+    def shell(self, command, code, folder=None):
+        """Runs a command as a person types it, and expects its exit code."""
+        environment = dict(os.environ, PATH=f"{SUBSTEP.parent}:{os.environ['PATH']}")
+        done = subprocess.run(["sh", "-c", command], cwd=folder or self.folder, env=environment, capture_output=True,
+                              text=True)
+        expect(done.returncode == code, f"{command}: code {done.returncode}, not {code}\n{done.stdout}{done.stderr}")
+        return done.stdout + done.stderr
+
+    def results(self, output="out/check"):
+        return json.loads((self.folder / output / "results.json").read_text())
+
+    def verdicts(self, output="out/check"):
+        return {entry["name"]: entry["verdict"] for entry in self.results(output)["cases"]}
+
+    def junit(self, output="out/check"):
+        return xml.parse(self.folder / output / "junit.xml").getroot()
 
 
 def printed(text, what):
@@ -26,8 +90,7 @@ def printed(text, what):
 def a_damaged_scene_beside_a_changed_one(folder):
     project = Project(folder).with_goldens()
     project.damage("pendulum")
-    changed = project.scene("box_stack")
-    changed.write_text(changed.read_text().replace('"mass":1.0', '"mass":2.0', 1))
+    project.replace("scenes/box_stack.gltf", '"mass":1.0', '"mass":2.0', 1)
     text = project.shell("substep check", 1)
     expect(project.verdicts() == {"box_stack.a3": "scene changed", "box_stack.a5": "scene changed",
                                   "pendulum.a3": "error", "pendulum.a5": "error"}, project.verdicts())
@@ -52,14 +115,13 @@ def damaged_goldens_are_errors_of_their_cases(folder):
 
 def a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
-    suite = project.folder / "golden/suite.toml"
-    suite.write_text(suite.read_text().replace('bowling.gltf"', 'bowling.gltf"\ntime_limit = 0.01'))
+    project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\ntime_limit = 0.01')
     project.shell("substep check", 1)
     entries = {entry["name"]: entry for entry in project.results()["cases"]}
     expect(entries["bowling.a3"]["cause"] == "it took longer than its limit, 0.01 s", entries["bowling.a3"]["cause"])
     expect(entries["pendulum.a5"]["verdict"] == "pass", "the case after it ran")
     # A crash: the process that checks is ended in the middle of a case.
-    suite.write_text(suite.read_text().replace("time_limit = 0.01", "frames = 20000\nimages = [20000]"))
+    project.replace("golden/suite.toml", "time_limit = 0.01", "frames = 20000\nimages = [20000]")
     check = subprocess.Popen([SUBSTEP, "check"], cwd=project.folder, stdout=subprocess.DEVNULL)
     for _ in range(2):
         worker = None
@@ -80,7 +142,6 @@ def a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run(folder)
 
 def two_checks_do_not_write_to_one_folder(folder):
     project = Project(folder, ["pendulum"]).with_goldens()
-    import fcntl
     with open(project.folder / "out/check/.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         text = project.shell("substep check", 2)
@@ -90,8 +151,7 @@ def two_checks_do_not_write_to_one_folder(folder):
 
 def an_interrupted_check_says_so_once_and_the_next_begins_at_once(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
-    suite = project.folder / "golden/suite.toml"
-    suite.write_text(suite.read_text().replace('bowling.gltf"', 'bowling.gltf"\nframes = 20000\nimages = [20000]'))
+    project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\nframes = 20000\nimages = [20000]')
     # A terminal sends the signal to all of its group, a job's end to one process.
     for number, interrupt in [(signal.SIGINT, os.killpg), (signal.SIGTERM, os.kill)] * 3:
         check = subprocess.Popen([SUBSTEP, "check"], cwd=project.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
@@ -111,8 +171,7 @@ def folders_of_any_name_run_nothing(folder):
     project = Project(folder, ["pendulum"])
     strange = "a $(touch ran) 'b\" `touch ran` -c"
     os.rename(project.with_goldens().folder / "golden", project.folder / strange)
-    scene = project.scene("pendulum")
-    scene.write_text(scene.read_text().replace('"intensity":3.0', '"intensity":2.5'))
+    project.replace("scenes/pendulum.gltf", '"intensity":3.0', '"intensity":2.5')
     text = subprocess.run([SUBSTEP, "check", "--suite", strange, "--output", strange + "out"], cwd=project.folder,
                           capture_output=True, text=True).stdout
     for command in printed(text, "approve"):
@@ -156,8 +215,7 @@ def adopts_goes_red_and_green_again_by_what_is_printed(folder):
     # Red: one scene is damaged, another was changed; on a machine whose work tree lies elsewhere.
     good = project.scene("pendulum").read_text()
     project.damage("pendulum")
-    changed = project.scene("bouncing_balls")
-    changed.write_text(changed.read_text().replace('"restitution":0.5', '"restitution":0.4'))
+    project.replace("scenes/bouncing_balls.gltf", '"restitution":0.5', '"restitution":0.4')
     machine = pathlib.Path(folder) / "runner/work"
     shutil.copytree(project.folder, machine, ignore=shutil.ignore_patterns("out"))
     text = project.shell("substep check --suite golden --output report", 1, machine)
@@ -192,8 +250,7 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
     project.shell(check, 0)
     expect(project.shell("git status --short", 0) == "", "nothing is left for git")
     for old, new in [("mass, length, drag = 1.0,", "mass, length, drag = 2.0,"), ("2.0, 1.0, 0.2", "2.0, 0.9, 0.2")]:
-        changed = (project.folder / "pendulum.py").read_text().replace(old, new)
-        (project.folder / "pendulum.py").write_text(changed)
+        project.replace("pendulum.py", old, new)
         text = project.shell(check, 1)
         expect(project.verdicts() == {"pendulum.pendulum": "simulation changed"}, project.verdicts())
         entry = project.results()["cases"][0]
@@ -205,7 +262,7 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
         project.shell(command.replace('"..."', '"a heavier rod"'), 0)
         project.shell(check, 0)
     # The workflow's run by hand approves what is named, and commits it.
-    (project.folder / "pendulum.py").write_text((project.folder / "pendulum.py").read_text().replace("0.9,", "0.8,"))
+    project.replace("pendulum.py", "0.9,", "0.8,")
     project.shell("git init -q --bare ../origin && git remote add origin ../origin && git push -q -u origin HEAD", 0)
     steps = (SOURCE / ".github/workflows/suite.yml").read_text()
     checks = re.search(r"- run: (substep check .*)", steps).group(1)
@@ -217,8 +274,7 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
     expect("Approve pendulum.pendulum\na shorter rod" in log, log)
     project.shell(check, 0)
     # A crash and a hang are errors of the case, and leave nothing running.
-    suite = project.folder / "golden/suite.toml"
-    suite.write_text(suite.read_text().replace("time_limit = 120", "time_limit = 1"))
+    project.replace("golden/suite.toml", "time_limit = 120", "time_limit = 1")
     for line, cause in [("sys.exit('no such rod')", "python3 ended with exit code 1: no such rod"),
                         ("import time; time.sleep(9)", "python3 has not ended after 1 s")]:
         (project.folder / "pendulum.py").write_text(f"import sys\n{line}\n")
@@ -280,4 +336,18 @@ TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_the
          adopts_goes_red_and_green_again_by_what_is_printed,
          a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed, a_table_is_compared_within_its_tolerance]
 
-run(TESTS)
+def main():
+    """Runs the tests that are named after program and folder, else all, each in a folder of its own."""
+    failed = 0
+    for test in [test for test in TESTS if not sys.argv[3:] or test.__name__ in sys.argv[3:]]:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                test(pathlib.Path(folder) / "project")
+                print("ok    ", test.__name__, flush=True)
+            except AssertionError as error:
+                failed += 1
+                print("FAILED", test.__name__, error, flush=True)
+    sys.exit(1 if failed else 0)
+
+
+main()

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "sim/error.h"
@@ -14,6 +13,7 @@ namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::HasSubstr;
 
 class ApproveTest : public testing::Test {
  protected:
@@ -35,8 +35,6 @@ class ApproveTest : public testing::Test {
     return message;
   }
 
-  void change_light() { replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5"); }
-
   SmallSuite suite_;
 };
 
@@ -50,7 +48,7 @@ TEST_F(ApproveTest, MakesGoldensOnceWithProvenance) {
   EXPECT_EQ(second.already_good, std::vector<std::string>{"box_stack.a3"});
   EXPECT_EQ(goldens(), after_first);
 
-  const auto sidecar = nlohmann::json::parse(read_text(suite_.sidecar()));
+  const auto sidecar = suite_.sidecar_json();
   EXPECT_EQ(sidecar.at("case"), "box_stack.a3");
   EXPECT_EQ(sidecar.at("approved").at("reason"), "the first ones");
   EXPECT_EQ(sidecar.at("approved").at("date").get<std::string>().size(), 10U);
@@ -85,7 +83,7 @@ TEST_F(ApproveTest, ComparesPicturesByPixels) {
   const auto before = goldens();
   EXPECT_TRUE(suite_.approve_failed().written.empty());
   EXPECT_EQ(goldens(), before);
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  EXPECT_EQ(suite_.run().verdict, Verdict::pass);
 }
 
 TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
@@ -95,19 +93,20 @@ TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
   suite_.run();
   EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
   const auto after = goldens();
-  // The approval was killed after the poses, and before the sidecar.
-  const auto interrupt = [&] {
+  for (const bool is_checked : {false, true}) {
+    // The approval was killed after the poses, and before the sidecar.
     for (const auto& [file, content] : before) {
       if (file != suite_.poses()) write_text(file, content);
     }
-  };
-  interrupt();
-  suite_.approve_failed();
-  EXPECT_EQ(goldens(), after);
-  interrupt();
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::golden_edited);
-  suite_.approve_failed();
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+    if (is_checked) {
+      EXPECT_EQ(suite_.run().verdict, Verdict::golden_edited);
+    }
+    suite_.approve_failed();
+    if (!is_checked) {
+      EXPECT_EQ(goldens(), after);
+    }
+  }
+  EXPECT_EQ(suite_.run().verdict, Verdict::pass);
 }
 
 TEST_F(ApproveTest, FailsTheCheckUntilTheSidecarIsWritten) {
@@ -118,81 +117,69 @@ TEST_F(ApproveTest, FailsTheCheckUntilTheSidecarIsWritten) {
     const std::string sidecar = read_text(suite_.sidecar());
     EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
     const auto whole = goldens();
-    // It died when all files but the sidecar were the new ones.
+    // The approval was killed when all files but the sidecar were the new ones.
     write_text(suite_.sidecar(), sidecar);
-    EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::golden_edited);
+    EXPECT_EQ(suite_.run().verdict, Verdict::golden_edited);
     suite_.approve_failed();
     EXPECT_EQ(goldens(), whole);
-    EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+    EXPECT_EQ(suite_.run().verdict, Verdict::pass);
   };
   interrupted_after([&] { suite_.repaint(); });  // pictures alone
   interrupted_after([&] { replace_in(suite_.options.suite, "tau = 0.6", "tau = 0.5"); });
 }
 
 TEST_F(ApproveTest, NeedsReasonNamesAndCheck) {
-  EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
+  EXPECT_THAT(refusal(), HasSubstr("run 'substep check' first"));
   suite_.run();
-  ApproveOptions options = suite_.approval(" ");
-  options.all_failed = true;
-  EXPECT_THROW(approve(options), Error);
-  options.reason = "good";
-  options.all_failed = false;
-  EXPECT_THROW(approve(options), Error);
-  options.cases = {"box_stack.a4"};
-  EXPECT_THROW(approve(options), Error);
+  EXPECT_THROW(suite_.approve_failed(" "), Error);
+  EXPECT_THROW(suite_.approve_named({}), Error);
+  EXPECT_THROW(suite_.approve_named({"box_stack.a4"}), Error);
   EXPECT_FALSE(fs::exists(suite_.poses()));
 }
 
 TEST_F(ApproveTest, RefusesChangedResults) {
   suite_.run();
-  fs::copy_file(suite_.shown("f0020.new.png"), suite_.shown("f0010.new.png"),
-                fs::copy_options::overwrite_existing);
-  write_text(suite_.shown("f0010.new.png"), read_text(suite_.shown("f0010.new.png")) + " ");
-  EXPECT_NE(refusal().find("f0010.new.png is no longer what the check left"), std::string::npos);
+  write_text(suite_.shown("f0010.new.png"), read_text(suite_.shown("f0020.new.png")) + " ");
+  EXPECT_THAT(refusal(), HasSubstr("f0010.new.png is no longer what the check left"));
   fs::remove(suite_.shown("f0010.new.png"));
-  EXPECT_NE(refusal().find("f0010.new.png is no longer what the check left"), std::string::npos);
+  EXPECT_THAT(refusal(), HasSubstr("f0010.new.png is no longer what the check left"));
 }
 
-TEST_F(ApproveTest, RefusesChangedGolden) {
+TEST_F(ApproveTest, RefusesChangedGoldenOrSuite) {
   suite_.make_goldens();
-  change_light();
+  suite_.change_light();
   suite_.run();
-  fs::copy_file(suite_.image(20), suite_.image(10), fs::copy_options::overwrite_existing);
-  write_text(suite_.image(10), read_text(suite_.image(10)) + " ");
-  EXPECT_NE(refusal().find("a3.f0010.png is no longer what the check saw"), std::string::npos);
-}
-
-TEST_F(ApproveTest, RefusesChangedSuite) {
-  suite_.run();
+  write_text(suite_.image(10), read_text(suite_.image(20)) + " ");
+  EXPECT_THAT(refusal(), HasSubstr("a3.f0010.png is no longer what the check saw"));
   replace_in(suite_.options.suite, "images = [10, 20]", "images = [10]");
-  EXPECT_NE(refusal().find("is not the suite file that was checked"), std::string::npos);
+  EXPECT_THAT(refusal(), HasSubstr("is not the suite file that was checked"));
 }
 
 TEST_F(ApproveTest, RenewalKeepsDateAndReason) {
   suite_.make_goldens();
-  auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
-  sidecar["approved"] = {{"date", "2020-02-02"}, {"reason", "long ago"}};
-  sidecar["made_with"]["compiler"] = "an old one";
-  write_text(suite_.sidecar(), sidecar_text(sidecar));
+  suite_.change_sidecar([](auto& json) {
+    json["approved"] = {{"date", "2020-02-02"}, {"reason", "long ago"}};
+    json["made_with"]["compiler"] = "an old one";
+  });
+  const auto sidecar = suite_.sidecar_json();
   write_text(suite_.scene(), read_text(suite_.scene()) + "\n");  // the same scene in another file
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
-  ApproveOptions options = suite_.approval();
-  options.cases = {"box_stack.a3"};
-  EXPECT_EQ(approve(options).written, (std::vector<fs::path>{suite_.poses(), suite_.sidecar()}));
-  const auto renewed = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
+  EXPECT_EQ(suite_.run().verdict, Verdict::pass);
+  EXPECT_EQ(suite_.approve_named({"box_stack.a3"}).written,
+            (std::vector<fs::path>{suite_.poses(), suite_.sidecar()}));
+  const auto renewed = suite_.sidecar_json();
   EXPECT_NE(renewed.at("scene_hash"), sidecar.at("scene_hash"));
   EXPECT_EQ(renewed.at("approved"), sidecar.at("approved"));
   EXPECT_EQ(renewed.at("made_with"), sidecar.at("made_with"));
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
-  EXPECT_TRUE(approve(options).written.empty());
+  EXPECT_EQ(suite_.run().verdict, Verdict::pass);
+  EXPECT_TRUE(suite_.approve_named({"box_stack.a3"}).written.empty());
 }
 
 TEST_F(ApproveTest, RefusesDamagedResults) {
   suite_.run();
   write_text(suite_.options.output / "results.json", "{\"format\":");
-  EXPECT_NE(refusal().find("is damaged"), std::string::npos);
+  EXPECT_THAT(refusal(), HasSubstr("is damaged"));
   write_text(suite_.options.output / "results.json", "{\"format\": \"another\"}");
-  EXPECT_NE(refusal().find("another version"), std::string::npos);
+  EXPECT_THAT(refusal(), HasSubstr("another version"));
 }
 
 }  // namespace

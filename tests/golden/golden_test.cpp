@@ -32,7 +32,7 @@ class GoldenTest : public testing::Test {
     // Each test has a folder of its own: they run at the same time.
     options.output = fs::path(test::build_folder) / "check" / case_name_;
     const CheckResult result = check(options);
-    EXPECT_EQ(result.exit_code(), 0) << result.cases.at(0).text;
+    EXPECT_EQ(result.exit_code, 0) << result.text;
   }
 
  private:

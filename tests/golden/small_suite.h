@@ -2,10 +2,10 @@
 /// A suite of one short case in a folder of its own, to be checked, broken and approved.
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,22 +13,20 @@
 
 #include "golden/approval/approve.h"
 #include "golden/check/case_context.h"
-#include "golden/check/check.h"
-#include "golden/report/case_commands.h"
-#include "golden/suite/sidecar.h"
+#include "golden/report/failures.h"
+#include "sim/log/file_output.h"
 #include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::golden {
 
 inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return content_of(file).value_or("");
 }
 
 inline void write_text(const std::filesystem::path& file, const std::string& text) {
   std::filesystem::create_directories(file.parent_path());
-  std::ofstream(file, std::ios::binary) << text;
+  write_file(file, text);
 }
 
 /// Throws when there is no such text, so that a test cannot pass by changing nothing.
@@ -40,37 +38,32 @@ inline void replace_in(const std::filesystem::path& file, const std::string& old
   write_text(file, text.replace(at, old_text.size(), new_text));
 }
 
-struct CheckResult {
-  std::vector<CaseResult> cases;
+/// The result of a check's last case.
+struct CheckResult : CaseResult {
+  std::string text;  ///< what is printed of it
+  int exit_code = 1;
   std::vector<std::filesystem::path> orphans;
-
-  int exit_code() const {
-    std::vector<Verdict> found;
-    for (const CaseResult& result : cases) found.push_back(result.verdict);
-    return golden::exit_code(found, orphans.size());
-  }
 };
 
-/// Checks in this process, and keeps the results of the cases.
+/// Checks in this process.
 inline CheckResult check(const CheckOptions& options) {
   CheckResult result;
   check_with(options, [&](const CheckPlan& plan, CheckOutput& output) {
-    const MadeWith made_with = made_with_here(plan);
     const ResultsLocation location = location_of({{"suite", plan.suite.file.string()}}, options.output);
-    CaseChecker checker(plan.options, made_with);
+    CaseChecker checker(plan);
+    if (options.cases.empty()) result.orphans = orphans(plan.suite);
     for (const SuiteCase& entry : plan.cases) {
-      const CheckedCase checked = checker.check(entry);
-      const auto json = to_json(checked);
-      result.cases.push_back(checked.result);
-      if (json.contains("text")) result.cases.back().text = explanation(json, location);
+      static_cast<CaseResult&>(result) = checker.check(entry);
+      const auto json = to_json(result);
+      if (json.contains("text")) result.text = explanation(json, location);
       output.add_case(json);
     }
-    if (options.cases.empty()) result.orphans = orphans(plan.suite);
+    result.exit_code = exit_code(std::vector{result.verdict}, result.orphans.size());
   });
   return result;
 }
 
-/// By default ten boxes for 20 steps of A3, pictures of frames 10 and 20.
+/// A suite that by default runs ten boxes for 20 steps of A3, with pictures of frames 10 and 20.
 class SmallSuite {
  public:
   explicit SmallSuite(std::string scene_name = "box_stack", int frames = 20) : name_(std::move(scene_name)) {
@@ -79,22 +72,11 @@ class SmallSuite {
     std::filesystem::create_directories(folder_.path() / "scenes");
     std::filesystem::copy_file(std::filesystem::path(test::source_folder) / "scenes" / (name_ + ".gltf"),
                                scene());
-    write_text(
-        options.suite,
-        "[defaults]\n"
-        "frames = " +
-            std::to_string(frames) +
-            "\n"
-            "images = [10, " +
-            std::to_string(frames) +
-            "]\n"
-            "size = [160, 90]\n"
-            "settings = { tau = 0.6, kappa = 1 }\n"  // at rest the weight leaves contacts where they are
-            "[[case]]\n"
-            "scene = \"../scenes/" +
-            name_ +
-            ".gltf\"\n"
-            "algorithms = [\"a3\"]\n");
+    // With these settings the weight leaves contacts at rest where they are.
+    write_text(options.suite, fmt::format("[defaults]\nframes = {0}\nimages = [10, {0}]\nsize = [160, 90]\n"
+                                          "settings = {{ tau = 0.6, kappa = 1 }}\n"
+                                          "[[case]]\nscene = \"../scenes/{1}.gltf\"\nalgorithms = [\"a3\"]\n",
+                                          frames, name_));
   }
 
   std::filesystem::path scene() const { return folder_.path() / "scenes" / (name_ + ".gltf"); }
@@ -102,29 +84,24 @@ class SmallSuite {
   std::filesystem::path poses() const { return golden("poses/" + name_ + "/a3.poses"); }
   std::filesystem::path track() const { return golden("poses/" + name_ + "/a3.track"); }
   std::filesystem::path image(int frame) const {
-    return golden("images/" + name_ + "/a3.f00" + std::to_string(frame) + ".png");
+    return golden(fmt::format("images/{}/a3.f{:04}.png", name_, frame));
   }
   std::filesystem::path sidecar() const { return golden("images/" + name_ + "/a3.json"); }
   std::filesystem::path shown(const std::string& file) const {
     return options.output / (name_ + ".a3") / file;
   }
+  std::string result_text(const char* file) const { return read_text(options.output / file); }
+  SuiteCase entry() const { return read_suite(options.suite).cases.at(0); }
 
   CheckResult run() { return check(options); }
 
-  /// To approve what the last check left, whatever it says.
-  ApproveOptions approval(const std::string& reason = "for the test") const {
-    ApproveOptions result;
-    result.suite = options.suite;
-    result.output = options.output;
-    result.reason = reason;
-    return result;
+  /// Approves what the last check left of its case, where it failed.
+  Approval approve_failed(const std::string& reason = "for the test") const {
+    return approve({options.suite, options.output, {}, true, reason});
   }
-
-  /// The last check's only case.
-  Approval approve_failed(const std::string& reason = "for the test") {
-    ApproveOptions failed = approval(reason);
-    failed.all_failed = true;
-    return approve(failed);
+  /// Approves what the last check left of these cases, whatever it says.
+  Approval approve_named(const std::vector<std::string>& cases) const {
+    return approve({options.suite, options.output, cases, false, "for the test"});
   }
 
   void make_goldens() {
@@ -132,32 +109,49 @@ class SmallSuite {
     approve_failed();
   }
 
-  /// Notes what the goldens are now as what was approved: a golden changed by hand is then not edited, but
+  void add_to_suite(const std::string& line) const {
+    write_text(options.suite, read_text(options.suite) + line + "\n");
+  }
+
+  /// Makes the light of the scene's file weaker.
+  void change_light() const { replace_in(scene(), "\"intensity\":3.0", "\"intensity\":2.5"); }
+
+  nlohmann::ordered_json sidecar_json() const { return nlohmann::ordered_json::parse(read_text(sidecar())); }
+  void change_sidecar(const std::function<void(nlohmann::ordered_json&)>& change) const {
+    auto json = sidecar_json();
+    change(json);
+    write_text(sidecar(), sidecar_text(json));
+  }
+
+  /// Changes the red of a pixel of the last golden picture by some levels.
+  void change_pixel(int levels) const {
+    render::Image picture = render::read_png(image(20));
+    std::uint8_t& red = picture.pixel(31, 17)[0];
+    red = static_cast<std::uint8_t>(red >= 128 ? red - levels : red + levels);
+    render::write_png(picture, image(20));
+  }
+
+  /// Notes the present goldens as approved: a golden changed by hand is then not edited, but
   /// what another simulation or renderer made.
   void sign() const {
-    auto json = nlohmann::ordered_json::parse(read_text(sidecar()));
-    const PoseLog log = read_pose_log(poses());
-    auto& noted = json.at("poses");
-    noted["first"] = fmt::format("{:016x}", log.frames.front().hash);
-    noted["last"] = fmt::format("{:016x}", log.frames.back().hash);
-    noted["log_hash"] = content_hash(read_bytes(poses()));
-    noted["track_hash"] = content_hash(read_bytes(track()));
-    for (auto& picture : json.at("images")) {
-      picture["pixels"] = pixel_hash(render::read_png(image(picture.at("frame"))));
-    }
-    write_text(sidecar(), sidecar_text(json));
+    change_sidecar([&](auto& json) {
+      const PoseLog log = read_pose_log(poses());
+      auto& noted = json.at("poses");
+      noted["first"] = hash_text(log.frames.front().hash);
+      noted["last"] = hash_text(log.frames.back().hash);
+      noted["log_hash"] = content_hash(read_bytes(poses()));
+      noted["track_hash"] = content_hash(read_bytes(track()));
+      for (auto& picture : json.at("images"))
+        picture["pixels"] = hash_text(hash(render::read_png(image(picture.at("frame")))));
+    });
   }
 
   /// The golden pictures as a renderer with a weaker light makes them.
   void repaint() {
     const std::string text = read_text(scene());
-    replace_in(scene(), "\"intensity\":3.0", "\"intensity\":2.5");
-    const CheckResult result = run();
-    for (const ImageResult& drawn : result.cases.at(0).images) {
-      const std::string file = fmt::format("f{:04}.actual.png", drawn.frame);
-      std::filesystem::copy_file(shown(file), image(drawn.frame),
-                                 std::filesystem::copy_options::overwrite_existing);
-    }
+    change_light();
+    for (const ImageResult& drawn : run().images)
+      write_text(image(drawn.frame), read_text(shown(fmt::format("f{:04}.actual.png", drawn.frame))));
     write_text(scene(), text);
     sign();
   }

@@ -146,8 +146,7 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
   EXPECT_EQ(text_of(entry.settings_for(scene), field()), text_of(changed(), field()));
   PoseLog log;
   log.frames.resize(1);
-  const auto sidecar =
-      golden::make_sidecar(entry, {.log = &log, .pose_log_hash = {}, .track_hash = {}}, Scene{}, {}, {});
+  const auto sidecar = golden::make_sidecar(entry, log, "", Scene{}, {}, {});
   EXPECT_EQ(sidecar["settings"][name()].dump(), value_in(changed()));
 }
 

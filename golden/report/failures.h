@@ -1,0 +1,48 @@
+#pragma once
+/// The failures of a check, from results.json, as terminal and page show them.
+///
+/// A printed command holds from the user's working folder: it is made where it is printed, and the results
+/// may have been moved since the check.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace substep::golden {
+
+/// The suite that was checked and the folder of its results, as commands name them.
+struct ResultsLocation {
+  std::filesystem::path suite;
+  std::filesystem::path output;
+};
+
+/// Returns where commands printed for these results find suite and output: relative where they are below the
+/// working folder, for that is what another machine has, too.
+ResultsLocation location_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+
+/// Returns the command that approves a case, from its part of results.json: "substep approve box_stack.a4
+/// --reason \"...\""; empty where it cannot be approved from there.
+std::string approve_command(const nlohmann::ordered_json& entry, const ResultsLocation& location);
+
+/// Returns all that is printed of a case that does not pass: its text in results.json, then the command.
+std::string explanation(const nlohmann::ordered_json& entry, const ResultsLocation& location);
+
+/// Returns `word` quoted, so that a shell takes it as one word.
+std::string shell_word(const std::string& word);
+
+/// The cases that fail with one verdict and one origin: a hundred failures of one origin are one line.
+struct FailureGroup {
+  std::string verdict;
+  std::string origin;                                ///< "all cases of a3, no others, from frame 1 on"
+  std::vector<const nlohmann::ordered_json*> cases;  ///< of results.json, the scene with fewest bodies first
+
+  /// "27 cases, simulation changed: all cases of a3, no others, from frame 1 on; simplest: pendulum.a3".
+  std::string line() const;
+};
+
+/// Groups the failures of results.json, which must outlive the groups. The gravest verdict comes first, then
+/// the largest group.
+std::vector<FailureGroup> failure_groups(const nlohmann::ordered_json& results);
+
+}  // namespace substep::golden
