@@ -15,6 +15,13 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
+/// Applies the impulses of a warm start to a block's bodies.
+void give_first_impulses(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
+  Impulse start{};
+  for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
+  apply(c, x, start, v, scale);
+}
+
 /// Returns the local angular velocity of the kth gyroscopic body at the end of a (sub-)step in which it
 /// turned by `duration` times `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
@@ -123,11 +130,7 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) {
-    Impulse start{};
-    for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
-    apply(c, x, start, v, joint_scale);
-  }
+  for (const Block& x : c.blocks) give_first_impulses(c, x, joint_scale, v);
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 
