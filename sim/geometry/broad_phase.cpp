@@ -19,7 +19,7 @@ bool is_inside(const Bounds& box, const Bounds& enlarged) {
          (box.upper.array() <= enlarged.upper.array()).all();
 }
 
-/// Enlarges a box by a twentieth of its largest finite side. What rests stays inside.
+/// Enlarges a box by a twentieth of its largest finite side. A resting box stays inside.
 Bounds enlarged(const Bounds& box) {
   double largest = 0;
   for (const double side : box.upper - box.lower) {
@@ -114,11 +114,11 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
     for (std::uint32_t i = 0; i < count; ++i) order_.push_back({0, i});
   }
   for (Entry& entry : order_) {
-    // A box with NaN has no place in an order, and is passed over later.
+    // A box with NaN has no position in an order; the sweep skips it.
     entry.lower = has_nan(boxes[entry.box]) ? infinity : boxes[entry.box].lower[axis];
   }
-  // From one step to the next hardly any two change places: insertion, unless there is much to do. Either way
-  // the order is the same, as no two entries are alike.
+  // Insert each entry: few change their position from one step to the next. After many moves sort instead,
+  // which gives the same order, since no two entries are equal.
   std::size_t moves = 8 * order_.size();
   for (std::size_t i = 1; i < order_.size(); ++i) {
     const Entry entry = order_[i];
@@ -155,7 +155,7 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
   const int sweep = axis_of_largest_spread(boxes);
   sort_along(sweep, boxes);
 
-  // About as many lanes as boxes in all, since more would only cost memory.
+  // Make about as many lanes as there are boxes; more would only cost memory.
   const auto most = static_cast<std::uint32_t>(std::sqrt(count)) + 1;
   const Lanes rows = make_lanes((sweep + 1) % 3, boxes, most, widths_);
   const Lanes columns = make_lanes((sweep + 2) % 3, boxes, most, widths_);

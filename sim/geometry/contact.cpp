@@ -9,7 +9,7 @@
 namespace substep {
 namespace {
 
-/// Makes contacts (b, a) of contacts (a, b).
+/// Turns contacts of (a, b) into those of (b, a), from index `first` on.
 void mirror(Contacts& out, std::size_t first) {
   for (std::size_t i = first; i < out.size(); ++i) {
     std::swap(out[i].on_a, out[i].on_b);
@@ -131,7 +131,7 @@ Bounds bounds_of_ends(const Pose& pose, const Vector3& half, const Vector3& reac
 
 Bounds bounds_of(const Cylinder& cylinder, const Pose& pose) {
   const Vector3 axis = pose.orientation * Vector3::UnitY();
-  // How far a disc of radius 1 across the axis reaches along each world axis.
+  // Extents along the world's axes of a disc of radius 1 across the shape's axis.
   const Vector3 reach = (Vector3::Ones() - axis.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
   return bounds_of_ends(pose, cylinder.half_height * axis, cylinder.radius_bottom * reach,
                         cylinder.radius_top * reach);

@@ -23,7 +23,7 @@ struct WorldBox {
   Vector3 half_size;
 };
 
-/// The other box as one sees it: its placement in the frame of the first.
+/// The placement of one box in the frame of the other.
 struct Relative {
   Matrix3 axes;
   Vector3 centre;

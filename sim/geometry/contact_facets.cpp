@@ -40,7 +40,7 @@ Vector3 between(const Vector3& first, const Vector3& last, double part) {
   return ((1 - part) * first + part * last).normalized();
 }
 
-/// A revolved solid against facets.
+/// The search for the axis of contact of a revolved solid a and facets b, and the contacts along it.
 class RevolvedSearch {
  public:
   RevolvedSearch(const RevolvedSolid& a, const Facets& b, double margin, Contacts& out)
@@ -70,7 +70,7 @@ class RevolvedSearch {
  private:
   double preference(double separation) const { return face_preference(separation, size_); }
 
-  /// Measures a direction. False where it separates the two by the margin.
+  /// Measures a direction. Returns false where it separates the two by the margin.
   bool consider(const Vector3& n, std::uint32_t arc, bool of_neighbour) {
     std::uint32_t vertex = 0;
     const double separation = -a_.height(-n) - b_.height(n, vertex);
@@ -81,6 +81,7 @@ class RevolvedSearch {
     return separation < margin_;
   }
 
+  /// Searches the discs' normals. Returns false where one separates the two by the margin.
   bool search_discs() {
     for (std::uint32_t end = 0; end < 2; ++end) {
       if (a_.radius[end] == 0) continue;
@@ -141,6 +142,7 @@ class RevolvedSearch {
     return true;
   }
 
+  /// Searches a piece of an arc for the direction at which the separation stops growing.
   bool search_piece(std::uint32_t i, double low, double high) {
     const Facets::Arc& arc = b_.arcs[i];
     const Vector3& vertex = b_.vertices[arc.from];
@@ -149,7 +151,7 @@ class RevolvedSearch {
     const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
     const int end = is_top ? 1 : 0;
     const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
-    // The separation's derivative along the arc.
+    // Derivative of the separation along the arc.
     const auto slope = [&](double part) {
       const Vector3 n = between(arc.first, arc.last, low + part * (high - low));
       return sense * along.cross(n).dot(a_.support(-n, end) - vertex);
@@ -161,7 +163,7 @@ class RevolvedSearch {
 
   void add_contacts() {
     const bool edge_first = edge_.separation > face_.separation + preference(face_.separation);
-    if (edge_first && edge_.of_neighbour) return;  // found there
+    if (edge_first && edge_.of_neighbour) return;  // the neighbour has the contact
     if (!edge_first && add_face_contacts()) return;
     // Far below the face's, an edge's direction is not the one in which the two meet.
     const bool is_near = edge_.separation > face_.separation - preference(face_.separation);
@@ -294,7 +296,7 @@ void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector
       if (normal.dot(other) >= 0) {
         arcs.push_back({i, next, normal, other});
       } else {
-        // Halfway round first: the chord of a wide arc has no middle.
+        // Split the arc halfway: the chord of a wide arc has no middle.
         const Vector3 middle = between(normal, other, 0.5);
         const Vector3 via = middle.allFinite() && middle.norm() > 0.5 ? middle : beside;
         arcs.push_back({i, next, normal, via});

@@ -10,7 +10,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "sim/geometry/features.h"
@@ -35,7 +34,7 @@ struct Facets {
   std::vector<Arc> arcs;
   double size = 0;  ///< the diameter of a ball that holds it
 
-  // Of a triangle of a mesh alone:
+  // Of a mesh's triangle, unset for a polytope:
   const TriangleMesh* mesh = nullptr;
   Triangle corners{};               ///< vertices of the mesh
   std::array<bool, 3> continues{};  ///< whether the mesh continues in the same plane behind a side
@@ -48,14 +47,7 @@ struct Facets {
 
   /// Returns the farthest extent along a direction, and its vertex.
   double height(const Vector3& direction, std::uint32_t& vertex) const {
-    double highest = -std::numeric_limits<double>::infinity();
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-      const double value = direction.dot(vertices[i]);
-      if (value <= highest) continue;
-      highest = value;
-      vertex = i;
-    }
-    return highest;
+    return farthest(vertices, direction, vertex);
   }
   /// Returns true where the mesh around the triangle's corner lies below it along `direction`, judged by its
   /// neighbours; a mesh does not push along directions of inner edges. Always true for a polytope.

@@ -75,7 +75,7 @@ class TriangleSearch {
     }
     const double preference = face_preference(face_.separation, size_);
     const bool edge_first = edge_.separation > face_.separation + preference;
-    if (edge_first && edge_.of_neighbour) return;  // found there
+    if (edge_first && edge_.of_neighbour) return;  // the neighbour has the contact
     if (!edge_first && add_face_contacts()) return;
     // Far below the face's, an edge's direction is not the one in which the two meet.
     const bool is_near = edge_.separation > face_.separation - preference;
@@ -176,7 +176,7 @@ class TriangleSearch {
   EdgeAxis edge_;
 };
 
-/// The corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull (Andrew's
+/// Puts the corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull (Andrew's
 /// chains). Points no farther than `tolerance` outside a side are on it.
 void find_hull(double tolerance) {
   std::vector<Point>& points = scratch.group;
@@ -212,7 +212,7 @@ void find_hull(double tolerance) {
   }
 }
 
-/// Appends of scratch.contacts the corners of the hull of each group with one normal.
+/// Appends the corners of the hull of each group of scratch.contacts that has one normal.
 void add_hulls(double tolerance, Contacts& out) {
   const Contacts& contacts = scratch.contacts;
   scratch.taken.assign(contacts.size(), false);
@@ -257,7 +257,7 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
   find_triangles(b, box, scratch.triangles);
   if (scratch.triangles.empty()) return;
 
-  // The mesh's axes, about the shape.
+  // Search in the mesh's axes, about the shape.
   const Vector3 origin = in_mesh.position;
   const Vector3 middle = in_mesh.orientation * middle_of(a);
   const std::optional<RevolvedSolid> solid = as_revolved(a, {Vector3::Zero(), in_mesh.orientation});

@@ -1,7 +1,8 @@
-// Contacts of two convex polytopes: separating axes, then the clipped face or the crossing edges.
+// Contacts of two convex polytopes: separating axes, then the clipped face or the crossing edges. One file of
+// over 400 lines, since the search for axes, clipping and closest features share placements and memory.
 //
-// Everything is done in the frame of one of the two, so that the digits do not depend on how far from the
-// origin the pair is.
+// The search works in the frame of one of the two, so that the digits do not depend on the distance of the
+// pair from the origin.
 
 #include <algorithm>
 #include <array>
@@ -17,12 +18,17 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
+Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
+  return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
+}
+
 /// The pose of a polytope in the frame of another.
 struct Placement {
   Matrix3 rotation;
   Vector3 position;
 
   Vector3 point(const Vector3& inner) const { return rotation * inner + position; }
+  Segment segment(const Segment& inner) const { return {point(inner.from), point(inner.to)}; }
 };
 
 Placement relative(const Pose& outer, const Pose& inner) {
@@ -64,10 +70,6 @@ struct Scratch {
 
 thread_local Scratch scratch;
 
-Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
-  return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
-}
-
 struct FaceAxis {
   double separation = -infinity;
   std::uint32_t face = 0;
@@ -89,14 +91,7 @@ double largest_between(double h1, double h2, double cosine) {
 }
 
 double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t& vertex) {
-  double least = infinity;
-  for (std::uint32_t i = 0; i < polytope.vertices.size(); ++i) {
-    const double height = direction.dot(polytope.vertices[i]);
-    if (height >= least) continue;
-    least = height;
-    vertex = i;
-  }
-  return least;
+  return -farthest(polytope.vertices, -direction, vertex);
 }
 
 /// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
@@ -154,12 +149,12 @@ class PolytopePair {
  public:
   PolytopePair(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
                Contacts& out)
-      : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), margin_(margin), out_(out), scratch_(scratch) {}
+      : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), margin_(margin), out_(out) {}
 
   void find() {
-    face_a_ = search_faces(a_, b_, b_in_a_, margin_, scratch_.faces_a);
+    face_a_ = search_faces(a_, b_, b_in_a_, margin_, scratch.faces_a);
     if (face_a_.separation >= margin_) return;
-    face_b_ = search_faces(b_, a_, a_in_b_, margin_, scratch_.faces_b);
+    face_b_ = search_faces(b_, a_, a_in_b_, margin_, scratch.faces_b);
     if (face_b_.separation >= margin_) return;
     const double face = std::max(face_a_.separation, face_b_.separation);
     search_edges(face + face_preference(face, size_));
@@ -184,29 +179,27 @@ class PolytopePair {
   }
 
  private:
-  /// Returns the edges' axis of the largest separation above `threshold`.
+  /// Finds the axis of two edges with the largest separation above `threshold`.
   void search_edges(double threshold) {
-    std::vector<EdgeCandidate>& edges_a = scratch_.edges_a;
-    std::vector<EdgeCandidate>& edges_b = scratch_.edges_b;
-    edges_a.clear();
-    edges_b.clear();
-    for_each_candidate(a_, b_, b_in_a_, scratch_.faces_a, threshold, [&](std::uint32_t e) {
-      const Vector3& n = a_.face_normals[a_.edge_faces[e][0]];
-      const Vector3& m = a_.face_normals[a_.edge_faces[e][1]];
-      const Vector3& from = a_.vertices[a_.edges[e][0]];
-      edges_a.push_back({{from, a_.vertices[a_.edges[e][1]] - from, {n, m}, n.cross(m)}, e});
+    scratch.edges_a.clear();
+    scratch.edges_b.clear();
+    const auto add = [](std::vector<EdgeCandidate>& edges, std::uint32_t edge, const Segment& ends,
+                        const Vector3& n, const Vector3& m) {
+      edges.push_back({{ends.from, ends.to - ends.from, {n, m}, n.cross(m)}, edge});
+    };
+    for_each_candidate(a_, b_, b_in_a_, scratch.faces_a, threshold, [&](std::uint32_t e) {
+      const auto& [f, g] = a_.edge_faces[e];
+      add(scratch.edges_a, e, edge_of(a_, e), a_.face_normals[f], a_.face_normals[g]);
     });
-    if (edges_a.empty()) return;
-    for_each_candidate(b_, a_, a_in_b_, scratch_.faces_b, threshold, [&](std::uint32_t e) {
-      const Vector3 n = -(b_in_a_.rotation * b_.face_normals[b_.edge_faces[e][0]]);
-      const Vector3 m = -(b_in_a_.rotation * b_.face_normals[b_.edge_faces[e][1]]);
-      const Vector3 from = b_in_a_.point(b_.vertices[b_.edges[e][0]]);
-      const Vector3 to = b_in_a_.point(b_.vertices[b_.edges[e][1]]);
-      edges_b.push_back({{from, to - from, {n, m}, n.cross(m)}, e});
+    if (scratch.edges_a.empty()) return;
+    for_each_candidate(b_, a_, a_in_b_, scratch.faces_b, threshold, [&](std::uint32_t e) {
+      const auto& [f, g] = b_.edge_faces[e];
+      add(scratch.edges_b, e, b_in_a_.segment(edge_of(b_, e)), -(b_in_a_.rotation * b_.face_normals[f]),
+          -(b_in_a_.rotation * b_.face_normals[g]));
     });
     double best = threshold;
-    for (const EdgeCandidate& ea : edges_a) {
-      for (const EdgeCandidate& eb : edges_b) {
+    for (const EdgeCandidate& ea : scratch.edges_a) {
+      for (const EdgeCandidate& eb : scratch.edges_b) {
         Vector3 axis;
         if (!cross_edges(ea, eb, axis)) continue;
         if (axis.dot(eb.from - ea.from) <= best) continue;
@@ -222,27 +215,22 @@ class PolytopePair {
     }
   }
 
-  /// Returns the axis of the largest separation, in the world, from a to b.
-  Vector3 axis() const {
-    if (edge_.separation > std::max(face_a_.separation, face_b_.separation)) {
-      return pose_a_.orientation * edge_.axis;
-    }
-    if (face_a_.separation >= face_b_.separation) {
-      return pose_a_.orientation * a_.face_normals[face_a_.face];
-    }
-    return -(pose_b_.orientation * b_.face_normals[face_b_.face]);
-  }
-
   void add_closest() {
+    // Choose the axis of the largest separation, in the world, from a to b.
     const double separation = std::max({face_a_.separation, face_b_.separation, edge_.separation});
-    find_closest_features(a_, pose_a_, b_, pose_b_, axis(), separation, margin_, out_);
+    Vector3 axis = pose_a_.orientation * edge_.axis;
+    if (separation == face_a_.separation) {
+      axis = pose_a_.orientation * a_.face_normals[face_a_.face];
+    } else if (separation == face_b_.separation) {
+      axis = -(pose_b_.orientation * b_.face_normals[face_b_.face]);
+    }
+    find_closest_features(a_, pose_a_, b_, pose_b_, axis, separation, margin_, out_);
   }
 
   /// Returns false where the edges are apart and do not cross, so that they are not the closest features.
   bool add_edge_contact() {
-    const Segment inner = edge_of(b_, edge_.of_b);
     ClosestPair closest;
-    closest.consider(edge_of(a_, edge_.of_a), {b_in_a_.point(inner.from), b_in_a_.point(inner.to)});
+    closest.consider(edge_of(a_, edge_.of_a), b_in_a_.segment(edge_of(b_, edge_.of_b)));
     const Vector3 between = closest.on_b - closest.on_a;
     const double distance = between.dot(edge_.axis);
     if (edge_.separation > 0 && (between - distance * edge_.axis).norm() > 1e-6 * size_) return false;
@@ -263,43 +251,40 @@ class PolytopePair {
     const double tolerance = flush_share * size_;
 
     load_incident_face(q, q_in_p, normal, tolerance);
-    Vector3 lowest_corner = scratch_.polygon[0];
-    for (const Vector3& corner : scratch_.polygon) {
+    Vector3 lowest_corner = scratch.polygon[0];
+    for (const Vector3& corner : scratch.polygon) {
       if (normal.dot(corner) < normal.dot(lowest_corner)) lowest_corner = corner;
     }
     for_each_side(p, face, [&](const Vector3& corner, const Vector3& outward) {
       const Vector3 unit = outward.normalized();
       const auto outside = [&](const Vector3& point) { return unit.dot(point - corner); };
-      if (cut_polygon(scratch_.polygon, scratch_.kept, scratch_.distances, tolerance, outside)) {
-        scratch_.polygon.swap(scratch_.kept);
+      if (cut_polygon(scratch.polygon, scratch.kept, scratch.distances, tolerance, outside)) {
+        scratch.polygon.swap(scratch.kept);
       }
     });
 
     double least = infinity;
-    for (const Vector3& corner : scratch_.polygon) least = std::min(least, normal.dot(corner) - offset);
+    for (const Vector3& corner : scratch.polygon) least = std::min(least, normal.dot(corner) - offset);
     // Where the lowest point is cut away, this is not the face at which the two meet.
     const double separation = (reference_is_b ? face_b_ : face_a_).separation;
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
-      scratch_.polygon.assign(1, lowest_corner);
+      scratch.polygon.assign(1, lowest_corner);
     }
     const Pose& pose = reference_is_b ? pose_b_ : pose_a_;
     const Vector3 outward = pose.orientation * normal;
-    for (const Vector3& corner : scratch_.polygon) {
+    for (const Vector3& corner : scratch.polygon) {
       const double height = normal.dot(corner) - offset;
       if (height >= margin_) continue;
       const Vector3 on_incident = pose * corner;
       const Vector3 on_reference = on_incident - height * outward;
-      if (reference_is_b) {
-        out_.push_back({on_incident, on_reference, outward, height});
-      } else {
-        out_.push_back({on_reference, on_incident, -outward, height});
-      }
+      out_.push_back(reference_is_b ? ContactPoint{on_incident, on_reference, outward, height}
+                                    : ContactPoint{on_reference, on_incident, -outward, height});
     }
     return true;
   }
 
-  /// Puts into scratch_.polygon the face of q that looks most against `normal` among those that have q's
+  /// Puts into scratch.polygon the face of q that looks most against `normal` among those that have q's
   /// lowest vertex, in the frame of p.
   void load_incident_face(const Polytope& q, const Placement& q_in_p, const Vector3& normal,
                           double tolerance) {
@@ -319,11 +304,11 @@ class PolytopePair {
       }
     }
     // Give both buffers the size of the larger, since they swap at each cut.
-    scratch_.polygon.clear();
-    scratch_.polygon.reserve(scratch_.kept.capacity());
-    scratch_.kept.reserve(scratch_.polygon.capacity());
+    scratch.polygon.clear();
+    scratch.polygon.reserve(scratch.kept.capacity());
+    scratch.kept.reserve(scratch.polygon.capacity());
     for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
-      scratch_.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
+      scratch.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
     }
   }
 
@@ -336,13 +321,12 @@ class PolytopePair {
   double size_ = 2 * std::min(a_.bounding_radius, b_.bounding_radius);
   double margin_;
   Contacts& out_;
-  Scratch& scratch_;
   FaceAxis face_a_;
   FaceAxis face_b_;
   EdgeAxis edge_;
 };
 
-/// Vertices, edges and faces of a polytope, placed, that reach into the slab before a plane.
+/// The vertices, edges and faces of a placed polytope that reach into the slab before a plane.
 class Slab {
  public:
   Slab(const Polytope& polytope, const Placement& placement, const Vector3& axis, double depth)
@@ -355,9 +339,9 @@ class Slab {
 
   template <class Use>
   void for_each_edge(Use use) const {
-    for (const auto& [from, to] : polytope_.edges) {
-      if (!has(from) && !has(to)) continue;
-      use(Segment{placement_.point(polytope_.vertices[from]), placement_.point(polytope_.vertices[to])});
+    for (std::uint32_t e = 0; e < polytope_.edges.size(); ++e) {
+      if (!has(polytope_.edges[e][0]) && !has(polytope_.edges[e][1])) continue;
+      use(placement_.segment(edge_of(polytope_, e)));
     }
   }
 
@@ -397,8 +381,8 @@ void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytop
 
 void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
                            const Vector3& axis, double separation, double margin, Contacts& out) {
-  // Points nearer to each other than the margin are not further than this behind the two planes between which
-  // the gap is.
+  // Points nearer to each other than the margin are at most this deep behind the two planes that bound the
+  // gap.
   const double depth = margin - separation;
   const Vector3 local_axis = pose_a.orientation.conjugate() * axis;
   const Placement a_in_a = {Matrix3::Identity(), Vector3::Zero()};
@@ -418,7 +402,7 @@ void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope
   const Vector3 between = closest.on_a - closest.on_b;
   const double distance = between.norm();
   const double size = std::min(a.bounding_radius, b.bounding_radius);
-  // Nearer, the points give no direction.
+  // Coincident points give no direction.
   const Vector3 normal = distance > flush_share * size ? Vector3(between / distance) : Vector3(-local_axis);
   out.push_back(
       {pose_a * closest.on_a, pose_a * closest.on_b, pose_a.orientation * normal, normal.dot(between)});

@@ -16,8 +16,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 thread_local Facets facets;
 
-/// Two revolved solids; the separation along n, from b to a, is how far a's lowest point is above b's
-/// highest.
+/// The search for the axis of contact of two revolved solids, and the contacts along it. The separation along
+/// n, from b to a, is the height of a's lowest point above b's highest.
 class RevolvedPair {
  public:
   RevolvedPair(const RevolvedSolid& a, const RevolvedSolid& b, double margin, Contacts& out)
@@ -35,7 +35,7 @@ class RevolvedPair {
   double separation(const Vector3& n) const { return -a_.height(-n) - b_.height(n); }
   double preference(double value) const { return face_preference(value, size_); }
 
-  /// False where a direction separates the two by the margin.
+  /// Measures a direction. Returns false where it separates the two by the margin; so do the searches below.
   bool consider(const Vector3& n) {
     const double value = separation(n);
     if (value > best_) {
@@ -45,7 +45,7 @@ class RevolvedPair {
     return value < margin_;
   }
 
-  /// The discs' normals, which are preferred as faces are.
+  /// Searches the discs' normals, which are preferred as faces are.
   bool search_discs() {
     for (const bool of_b : {true, false}) {
       const RevolvedSolid& solid = of_b ? b_ : a_;
@@ -68,6 +68,7 @@ class RevolvedPair {
     return true;
   }
 
+  /// Searches the directions between the closest points of the axes and across both axes.
   bool consider_closest_axes() {
     const Segment of_a = {a_.end(0), a_.end(1)};
     const Segment of_b = {b_.end(0), b_.end(1)};
@@ -78,11 +79,12 @@ class RevolvedPair {
     if (across.norm() > 1e-6) {
       if (!consider(across.normalized()) || !consider(-across.normalized())) return false;
     }
-    // Where all coincides there is still a way out.
+    // Leave coincident axes sideways.
     return best_ > -infinity || (consider(a_.across) && consider(-a_.across));
   }
 
-  /// The balls at a solid's ends with the other's closest points; `sense` turns directions towards it into n.
+  /// Searches the directions from the other solid's closest points to the balls at a solid's ends; `sense`
+  /// turns directions towards the solid into n.
   bool consider_balls(const RevolvedSolid& solid, const RevolvedSolid& other, double sense) {
     if (!solid.is_ball_ended) return true;
     for (int end = 0; end < 2; ++end) {
@@ -92,7 +94,7 @@ class RevolvedPair {
     return true;
   }
 
-  /// The directions outward of a solid's straight side, all around; `sense` turns them into n.
+  /// Searches the directions outward of a solid's straight side, all around; `sense` turns them into n.
   bool search_side(const RevolvedSolid& solid, double sense) {
     if (!solid.has_side) return true;
     const Vector3 x = solid.across;
@@ -106,7 +108,7 @@ class RevolvedPair {
       const auto n_at = [&](const Vector3& u) -> Vector3 {
         return sense * (solid.cosine * u + solid.sine * solid.axis);
       };
-      // The separation's derivative round the side.
+      // Derivative of the separation round the side.
       const auto slope = [&](double part) {
         const Vector3 u = u_at(part);
         const Vector3 n = n_at(u);
@@ -118,7 +120,7 @@ class RevolvedPair {
     return true;
   }
 
-  /// The rims of both: by Newton's method uphill from the best direction so far and from the middles'.
+  /// Searches the rims of both, uphill from the best direction so far and from that between the middles.
   bool search_rims() {
     const Vector3 between = a_.middle - b_.middle;
     const Vector3 direct = between.norm() > flush_share * size_ ? Vector3(between.normalized()) : normal_;
@@ -126,7 +128,7 @@ class RevolvedPair {
     const Vector3 found = normal_;
     const std::array<Vector3, 7> starts = {
         direct, best + direct, found, direct + a_.axis, direct - a_.axis, direct + b_.axis, direct - b_.axis};
-    // Overlapping deeply there are several ways out over the rims: towards each of the discs too.
+    // Start towards each disc too where the overlap is deep: there are several ways out over the rims.
     const std::size_t count = std::max(best_, disc_separation_) < -0.1 * size_ ? starts.size() : 3;
     for (std::size_t i = 0; i < count; ++i) {
       if (starts[i].norm() > 0.1 && !climb(starts[i].normalized())) return false;
@@ -134,13 +136,14 @@ class RevolvedPair {
     return true;
   }
 
+  /// Follows the separation of two rims uphill by Newton's method.
   bool climb(Vector3 n) {
     double value = separation(n);
     for (int step = 0; step < 30; ++step) {
       const Vector3 w = a_.support(-n) - b_.support(n);
       const Vector3 gradient = w - w.dot(n) * n;
       if (gradient.norm() <= 1e-12 * size_) break;
-      // Second derivatives across n: −w·n of the sphere, and each rim's bend.
+      // Add the second derivatives across n: −w·n of the sphere, and each rim's bend.
       const Vector3 e0 = n.unitOrthogonal();
       const Vector3 e1 = n.cross(e0);
       Eigen::Matrix2d bend = -value * Eigen::Matrix2d::Identity();
@@ -156,7 +159,7 @@ class RevolvedPair {
       }
       const Eigen::Vector2d slope(gradient.dot(e0), gradient.dot(e1));
       Eigen::Vector2d move = slope / std::max(size_, slope.norm());
-      // A maximum only where it bends down both ways.
+      // Take Newton's step where the separation bends down both ways: elsewhere there is no maximum.
       if (bend(0, 0) < 0 && bend.determinant() > 1e-12 * size_ * size_) {
         move = Eigen::Vector2d(-bend(1, 1) * slope[0] + bend(0, 1) * slope[1],
                                bend(1, 0) * slope[0] - bend(0, 0) * slope[1]) /
@@ -243,7 +246,7 @@ void find_revolved_plane(const RevolvedSolid& a, const Pose& plane, double margi
 void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, double margin, Contacts& out) {
   const double reach = a.reach() + b.reach() + margin;
   if ((a.middle - b.middle).squaredNorm() >= reach * reach) return;
-  // About the middle of one, so that the digits do not depend on how far from the origin the pair is.
+  // Search about the middle of one, so that the digits do not depend on the pair's distance from the origin.
   const Vector3 origin = b.middle;
   RevolvedSolid near_a = a;
   RevolvedSolid near_b = b;
@@ -259,7 +262,8 @@ void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, doub
 
 void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
                          double margin, Contacts& out) {
-  // In the polytope's frame; the difference first: exact where both are far from the origin.
+  // Search in the polytope's frame. Subtract first: the difference is exact where both are far from the
+  // origin.
   const Quaternion back = pose_b.orientation.conjugate();
   const Pose local = {back * (pose_a.position - pose_b.position), back * pose_a.orientation};
   const RevolvedSolid solid = *as_revolved(a, local);

@@ -23,7 +23,8 @@ Vector3 perpendicular(const Vector3& direction) {
   return direction.cross(Vector3::Unit(least)).normalized();
 }
 
-/// The contact of balls of two radii around two points; `fallback` is the normal where the points coincide.
+/// Adds the contact of balls of two radii around two points; `fallback` is the normal where the points
+/// coincide.
 void add_ball_contact(const Vector3& point_a, double radius_a, const Vector3& point_b, double radius_b,
                       const Vector3& fallback, double margin, Contacts& out) {
   const Vector3 between = point_a - point_b;
@@ -36,8 +37,8 @@ void add_ball_contact(const Vector3& point_a, double radius_a, const Vector3& po
       {point_a - radius_a * normal, point_b + radius_b * normal, normal, along - radius_a - radius_b});
 }
 
-/// The contacts of two segments with radii: of the closest points or, where the segments are nearly parallel,
-/// of the ends of the part along which they lie beside each other.
+/// Adds the contacts of two segments with radii: of the closest points or, where the segments are nearly
+/// parallel, of the ends of the part along which they lie beside each other.
 void add_segment_contacts(const Segment& a, double radius_a, const Segment& b, double radius_b, double size,
                           const Vector3& fallback, double margin, Contacts& out) {
   const SegmentParameters closest = closest_parameters(a, b);
@@ -72,7 +73,7 @@ Segment axis_of(const Capsule& capsule, const Pose& pose) {
   return {pose.position - half, pose.position + half};
 }
 
-/// A point's or a segment's largest separation from the planes of a polytope's faces.
+/// The largest separation of a segment from the planes of a polytope's faces.
 struct FaceSeparation {
   double separation = -infinity;
   std::size_t face = 0;
@@ -147,7 +148,7 @@ class SegmentAgainstPolytope {
   void find() {
     const FaceSeparation face = largest_separation(polytope_, segment_);
     if (face.separation - radius_ >= margin_) return;
-    // A surface touched is a surface crossed: nearer there is no direction but the face's.
+    // Treat a touched surface as crossed: nearer points give no direction but the face's.
     if (face.separation <= coincident * size_ && enters(polytope_, segment_)) {
       find_deep(face);
     } else {
@@ -161,8 +162,8 @@ class SegmentAgainstPolytope {
         {on_segment - radius_ * normal, on_segment - distance * normal, normal, distance - radius_});
   }
 
-  /// The two ends of the part over the face, as far as they are near. Adds none and returns false unless one
-  /// of them is at most `highest` above the face.
+  /// Adds the ends, as far as they are near, of the segment's part over the face. Adds none and returns false
+  /// unless one of them is at most `highest` above the face.
   bool add_over(std::size_t face, double highest) {
     const auto part = part_over(polytope_, face, segment_);
     if (!part) return false;
@@ -183,7 +184,7 @@ class SegmentAgainstPolytope {
     const ClosestOfPolytope closest = closest_points(segment_, polytope_);
     const double distance = std::sqrt(closest.squared_distance);
     if (distance - radius_ >= margin_) return;
-    // A face that the axis is nearly parallel to, if it really lies over it where it is lowest.
+    // Prefer a face that the axis is nearly parallel to, if the axis lies over the face where it is lowest.
     const double preference = face_preference(distance - radius_, size_);
     if (face.separation >= distance - preference && add_over(face.face, distance + preference)) return;
     const Vector3& fallback = polytope_.face_normals[face.face];
@@ -196,7 +197,7 @@ class SegmentAgainstPolytope {
     }
   }
 
-  /// The segment runs through the polytope: the way out is the axis of least penetration.
+  /// Adds contacts of a segment that runs through the polytope, along the axis of least penetration.
   void find_deep(const FaceSeparation& face) {
     const Vector3 along = segment_.to - segment_.from;
     double best = -infinity;
@@ -265,7 +266,7 @@ void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b
   const Segment axis_b = axis_of(b, pose_b);
   const Vector3 along_a = axis_a.to - axis_a.from;
   const Vector3 along_b = axis_b.to - axis_b.from;
-  // Axes that meet are left across both of them.
+  // Separate axes that meet in the direction across both.
   Vector3 fallback = along_a.cross(along_b);
   if (fallback.norm() > coincident * along_a.norm() * along_b.norm()) {
     fallback.normalize();

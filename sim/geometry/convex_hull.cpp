@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "sim/error.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
 
@@ -107,8 +108,7 @@ class Qhull {
     qh_memfreeshort(&qhull_, &pieces, &bytes);
     std::fclose(messages_);
   }
-  Qhull(const Qhull&) = delete;
-  Qhull& operator=(const Qhull&) = delete;
+  Qhull(Qhull&&) = delete;
 
   bool succeeded() const { return status_ == 0; }
 
@@ -136,16 +136,12 @@ class Qhull {
   int status_ = 0;
 };
 
-/// Joins triangles that lie in one plane to within `tolerance` to faces. qhull merges only what its own
-/// rounding cannot tell apart.
+/// Joins triangles that lie in one plane to within `tolerance` to faces. qhull itself merges only triangles
+/// that its rounding cannot tell apart.
 class FaceMerger {
  public:
   FaceMerger(std::span<const Vector3> points, std::span<const Triangle> triangles, double tolerance)
-      : points_(points),
-        triangles_(triangles),
-        tolerance_(tolerance),
-        sides_(sorted_sides(triangles, points.size())),
-        group_(triangles.size(), none) {}
+      : points_(points), triangles_(triangles), tolerance_(tolerance) {}
 
   /// Returns the faces, or nothing when an outline is no polygon.
   Polygons faces() {
@@ -161,8 +157,10 @@ class FaceMerger {
     std::ranges::sort(outer);
     Polygons result;
     for (const std::uint32_t seed : seeds_) {
-      const auto of_group = std::ranges::equal_range(outer, seed, {}, &OuterSide::group);
-      result.push_back(polygon_of(of_group));
+      const auto [begin, end] =
+          std::equal_range(outer.begin(), outer.end(), OuterSide{seed, 0, 0},
+                           [](const OuterSide& a, const OuterSide& b) { return a.group < b.group; });
+      result.push_back(polygon_of({begin, end}));
       if (result.back().empty()) return {};
     }
     return result;
@@ -183,7 +181,7 @@ class FaceMerger {
       neighbours[sides_[i].face][sides_[i].corner] = sides_[i + 1].face;
       neighbours[sides_[i + 1].face][sides_[i + 1].corner] = sides_[i].face;
     }
-    // The largest triangle of a face has the most exact plane: start from it.
+    // Begin each face with its largest triangle, which has the most exact plane.
     std::vector<Vector3> areas(triangles_.size());
     std::vector<std::pair<double, std::uint32_t>> order;
     for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
@@ -236,8 +234,8 @@ class FaceMerger {
   std::span<const Vector3> points_;
   std::span<const Triangle> triangles_;
   double tolerance_;
-  std::vector<FaceSide> sides_;
-  std::vector<std::uint32_t> group_;
+  std::vector<FaceSide> sides_ = sorted_sides(triangles_, points_.size());
+  std::vector<std::uint32_t> group_ = std::vector(triangles_.size(), none);
   std::vector<std::uint32_t> seeds_;  ///< largest first
 };
 
@@ -263,16 +261,11 @@ void remove_unused(std::vector<Vector3>& points, Polygons& polygons) {
 
 /// Returns true where a polytope is nowhere deeper than `thickness` below one of its faces.
 bool is_thin(const Polytope& polytope, double thickness) {
-  // One vertex deep enough below a face is enough, and the last one found mostly serves the next face too.
-  Vector3 opposite = polytope.vertices[0];
   for (std::size_t f = 0; f < polytope.face_count(); ++f) {
-    const auto is_deep = [&](const Vector3& vertex) {
+    const bool is_deep = std::ranges::any_of(polytope.vertices, [&](const Vector3& vertex) {
       return polytope.face_offsets[f] - polytope.face_normals[f].dot(vertex) > thickness;
-    };
-    if (is_deep(opposite)) continue;
-    const auto found = std::ranges::find_if(polytope.vertices, is_deep);
-    if (found == polytope.vertices.end()) return true;
-    opposite = *found;
+    });
+    if (!is_deep) return true;
   }
   return false;
 }
@@ -314,8 +307,8 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   if (!qhull.succeeded()) throw thin;
   Polygons faces = FaceMerger(points, qhull.triangles(), coplanar * size).faces();
   remove_unused(points, faces);
-  const bool are_polygons = std::ranges::all_of(faces, [](const auto& face) { return face.size() >= 3; });
-  if (points.size() < 4 || !are_polygons) throw thin;
+  if (points.size() < 4 || std::ranges::any_of(faces, [](const auto& face) { return face.size() < 3; }))
+    throw thin;
   std::optional<Polytope> hull = assembled(std::move(points), faces);
   if (!hull || is_thin(*hull, smallest_thickness * size)) throw thin;
   return *std::move(hull);
@@ -336,21 +329,14 @@ Polytope box(const Vector3& size) {
 }
 
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides) {
-  if (!(height > 0) || !(radius_bottom >= 0) || !(radius_top >= 0) || !(radius_bottom + radius_top > 0) ||
-      !std::isfinite(height + radius_bottom + radius_top) || sides < 3) {
-    throw Error("a cylinder needs a positive height, radii that are not both 0, and 3 sides");
-  }
+  make_cylinder(height, radius_bottom, radius_top);  // throws where there is none
   const auto count = static_cast<std::uint32_t>(sides);
   std::vector<Vector3> vertices;
   // Adds the vertices of the ring at y and returns their indices; a ring of radius 0 is one vertex.
   const auto ring = [&](double radius, double y) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     std::vector<std::uint32_t> indices(count, first);
-    if (radius == 0) {
-      vertices.emplace_back(0, y, 0);
-      return indices;
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t i = 0; i < (radius > 0 ? count : 1); ++i) {
       const auto [sine, cosine] = sine_cosine(2 * std::numbers::pi * i / count);
       vertices.emplace_back(radius * cosine, y, radius * sine);
       indices[i] = first + i;
@@ -365,13 +351,11 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
   if (radius_top > 0) polygons.emplace_back(top.rbegin(), top.rend());
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t next = (i + 1) % count;
-    if (radius_bottom == 0) {
-      polygons.push_back({bottom[0], top[i], top[next]});
-    } else if (radius_top == 0) {
-      polygons.push_back({bottom[i], top[0], bottom[next]});
-    } else {
-      polygons.push_back({bottom[i], top[i], top[next], bottom[next]});
-    }
+    std::vector<std::uint32_t>& side = polygons.emplace_back();
+    side.push_back(bottom[i]);
+    side.push_back(top[i]);
+    if (radius_top > 0) side.push_back(top[next]);
+    if (radius_bottom > 0) side.push_back(bottom[next]);
   }
   return *assembled(std::move(vertices), polygons);
 }

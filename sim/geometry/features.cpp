@@ -62,7 +62,7 @@ std::array<double, 2> rim_crossings(const Disc& disc, const Vector3& from, const
   const Vector3 along = to - from;
   const double a = along.squaredNorm();
   const double b = along.dot(start);
-  // Relative to the nearest point of the line, so that nothing cancels.
+  // Measure from the nearest point of the line, so that nothing cancels.
   if (a == 0) return {2, -1};
   const double middle = -b / a;
   const double nearest = (start + middle * along).squaredNorm();
@@ -118,8 +118,8 @@ SegmentParameters closest_parameters(const Segment& a, const Segment& b) {
   if (uu == 0) return {0, closest_parameter(b, a.from)};
   if (vv == 0) return {closest_parameter(a, b.from), 0};
 
-  // Of the two lines, then brought back into the segments one after the other. |u × v|² rather than
-  // uu vv − (u·v)², which cancels where the segments are nearly parallel.
+  // Find the closest points of the lines, then bring them back into the segments one after the other. |u ×
+  // v|² replaces uu vv − (u·v)², which cancels where the segments are nearly parallel.
   const Vector3 between = a.from - b.from;
   const double uv = u.dot(v);
   const double cross = u.cross(v).squaredNorm();
@@ -128,7 +128,7 @@ SegmentParameters closest_parameters(const Segment& a, const Segment& b) {
     s = std::clamp((uv * v.dot(between) - vv * u.dot(between)) / cross, 0.0, 1.0);
   }
   const double t = closest_parameter(b, point_at(a, s));
-  // Exact for every t: it is the closest on a to the point found on b.
+  // Correct s for the point found on b, which is exact for every t.
   s = closest_parameter(a, point_at(b, t));
   return {s, closest_parameter(b, point_at(a, s))};
 }

@@ -59,6 +59,18 @@ struct ClosestPair {
   }
 };
 
+/// Returns the largest extent of points along a direction, and the index of the first point that has it.
+inline double farthest(std::span<const Vector3> points, const Vector3& direction, std::uint32_t& index) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const double height = direction.dot(points[i]);
+    if (height <= highest) continue;
+    highest = height;
+    index = i;
+  }
+  return highest;
+}
+
 /// Shortens the interval [low, high] of a segment to its part in a half-space, from the distances of the
 /// segment's ends from the half-space. Returns false if nothing is left.
 inline bool cut_interval(double from, double to, double tolerance, double& low, double& high) {

@@ -15,12 +15,12 @@ Matrix3 inertia_of_second_moment(const Matrix3& second_moment) {
   return second_moment.trace() * Matrix3::Identity() - second_moment;
 }
 
-/// The inertia of a point mass at `offset`.
+/// Returns the inertia of a point mass at `offset`.
 Matrix3 inertia_of_point(double mass, const Vector3& offset) {
   return mass * (offset.squaredNorm() * Matrix3::Identity() - offset * offset.transpose());
 }
 
-/// Sums tetrahedra that have one corner in common, to which the others are relative.
+/// A sum of tetrahedra that have one corner in common. The other corners are given relative to it.
 class TetrahedronSum {
  public:
   void add(const Vector3& a, const Vector3& b, const Vector3& c) {
@@ -28,7 +28,7 @@ class TetrahedronSum {
     const Vector3 sum = a + b + c;
     six_volumes_ += six_volumes;
     moment_ += six_volumes / 24 * sum;
-    // The lower half: it is symmetric.
+    // Sum the lower half alone: the matrix is symmetric.
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j <= i; ++j) {
         second_moment_(i, j) +=
@@ -56,7 +56,7 @@ class TetrahedronSum {
 };
 
 Vector3 mean(std::span<const Vector3> points) {
-  // Relative to the first point, so that a small mesh far from the origin keeps its digits.
+  // Sum relative to the first point, so that a small mesh far from the origin keeps its digits.
   Vector3 sum = Vector3::Zero();
   for (const Vector3& point : points) sum += point - points[0];
   return points[0] + sum / static_cast<double>(points.size());
@@ -89,14 +89,14 @@ MassProperties of_shape(const Plane& /*plane*/) {
   return {};
 }
 
-/// Solids of revolution about the Y axis, in pieces whose squared radius is a polynomial in y.
+/// A solid of revolution about the Y axis, in pieces whose squared radius is a polynomial in y.
 class RevolvedSum {
  public:
-  /// A cone frustum: from (y = low, radius_low) straight to (high, radius_high).
+  /// Adds a cone frustum: from (y = low, radius_low) straight to (high, radius_high).
   void add_frustum(double low, double radius_low, double high, double radius_high) {
     const double h = (high - low) / 2;
     if (h <= 0) return;
-    // About its own middle, where odd powers of y vanish: r = m + k y.
+    // Integrate about the middle, where odd powers of y vanish: r = m + k y.
     const double m = (radius_low + radius_high) / 2;
     const double k = (radius_high - radius_low) / (2 * h);
     const double y2 = 2 * h * h * h / 3;
@@ -105,7 +105,7 @@ class RevolvedSum {
         2 * h * m * m * m * m + 6 * m * m * k * k * y2 + k * k * k * k * y4);
   }
 
-  /// The part between y = centre + low and centre + high of a ball of this radius.
+  /// Adds the part between y = centre + low and centre + high of a ball of this radius.
   void add_ball_part(double centre, double radius, double low, double high) {
     const auto integral = [&](double u) -> std::array<double, 4> {
       const double r2 = radius * radius;
@@ -130,7 +130,7 @@ class RevolvedSum {
   }
 
  private:
-  /// ∫ r², ∫ y r², ∫ y² r² and ∫ r⁴ of a piece, with y from `offset`.
+  /// Adds ∫ r², ∫ y r², ∫ y² r² and ∫ r⁴ of a piece, with y from `offset`.
   void add(double offset, double area, double first, double second, double fourth) {
     area_ += area;
     first_ += first + offset * area;
@@ -196,8 +196,8 @@ MassProperties of_shape(const Polytope& polytope) {
   return sum.result(corner);
 }
 
-/// Of the 24 ways to name the axes of `rotation` (columns) that keep them right-handed, the one nearest to
-/// the given axes: the greatest trace. The first of several alike.
+/// Returns, of the 24 ways to name the axes of `rotation` (columns) that keep them right-handed, the one
+/// nearest to the given axes: the first of the greatest trace.
 std::array<int, 3> nearest_names(const Matrix3& rotation, std::array<double, 3>& signs) {
   constexpr std::array<std::array<int, 3>, 6> orders = {
       {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
@@ -214,7 +214,7 @@ std::array<int, 3> nearest_names(const Matrix3& rotation, std::array<double, 3>&
         trace += candidate[static_cast<std::size_t>(axis)] *
                  rotation(axis, orders[o][static_cast<std::size_t>(axis)]);
       }
-      // A clear gain, so that rounding does not choose between alike.
+      // Require a clear gain, so that rounding does not choose between equal ones.
       if (trace <= best_trace + 1e-12) continue;
       best_trace = trace;
       best = orders[o];
@@ -281,15 +281,15 @@ MassProperties with_mass(const MassProperties& properties, double mass) {
 PrincipalInertia principal_inertia(const Matrix3& inertia) {
   Matrix3 matrix = (inertia + inertia.transpose()) / 2;
   Matrix3 rotation = Matrix3::Identity();
-  // Products of inertia below the rounding of the sums they came from are none: a cube keeps its axes.
+  // Ignore products of inertia below the rounding of the sums they came from: a cube keeps its axes.
   const double negligible = 1e-14 * matrix.diagonal().cwiseAbs().maxCoeff();
-  // Converges quadratically: five sweeps take any 3×3 matrix to rounding; the rest is a margin.
+  // Sweep until all products vanish. Convergence is quadratic: five sweeps are enough for any 3×3 matrix.
   for (int sweep = 0; sweep < 12; ++sweep) {
     bool done = true;
     for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
       if (std::abs(matrix(p, q)) <= negligible) continue;
       done = false;
-      // The smaller angle that makes the pair's product of inertia zero (Jacobi).
+      // Turn by the smaller angle that makes the pair's product of inertia zero (Jacobi).
       const double cotangent = (matrix(q, q) - matrix(p, p)) / (2 * matrix(p, q));
       const double tangent =
           (cotangent >= 0 ? 1 : -1) / (std::abs(cotangent) + std::sqrt(cotangent * cotangent + 1));

@@ -11,8 +11,8 @@ namespace {
 /// Squared sine of the angle within which a point lies where the normal meets the surface.
 constexpr double same_direction = 1e-6;
 
-/// Squared sine of the angle between axis and normal from which on a cylinder rolls on a circle. One that
-/// stands has several points, and they stay where they are.
+/// Squared sine of the angle between axis and normal above which a cylinder rolls on a circle. A standing
+/// cylinder has several contact points, which do not roll.
 constexpr double leans = 1e-6;
 
 /// Fraction of its radius within which a point lies on a ball.
@@ -72,9 +72,9 @@ Vector3 RevolvedSolid::support(const Vector3& direction, int i) const {
   if (is_ball_ended) return end(i) + radius[i] * direction;
   const Vector3 out = outward(direction);
   const double length = out.norm();
-  // Straight along the axis the whole disc is farthest: its centre stands for it.
+  // Take the centre of a disc straight along the axis, which is farthest as a whole.
   if (length <= 1e-12) return end(i);
-  // Once more, as what was nearly along the axis is not quite across it.
+  // Project once more: a direction nearly along the axis is not yet perpendicular to it.
   return end(i) + radius[i] * outward(out / length).normalized();
 }
 
@@ -96,12 +96,12 @@ std::optional<Vector3> RevolvedSolid::direction_to(const Vector3& point) const {
   const Vector3 out = from - y * axis;
   const double distance = out.norm();
   const Vector3 u = distance > 0 ? Vector3(out / distance) : across;
-  // In the half-plane (distance, y): how far along the side's line and how far from it.
+  // Measure in the half-plane (distance, y) along the side's line, from its foot.
   const double foot = is_ball_ended ? 0 : radius[0];
   const double along = -sine * (distance - foot) + cosine * (y + half);
   const double length =
       is_ball_ended ? 2 * half * cosine : -sine * (radius[1] - radius[0]) + cosine * 2 * half;
-  // Over the wider disc of a flat cone the side's line has the point's foot, too: from within.
+  // Test the discs first: over the wider disc of a flat cone the point's foot lies on the side's line too.
   const bool is_over_disc = !is_ball_ended && distance <= radius[y > 0 ? 1 : 0] && std::abs(y) > half;
   if (is_over_disc) return y > 0 ? axis : Vector3(-axis);
   if (has_side && along > 0 && along < length) return cosine * u + sine * axis;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "sim/geometry/features.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
 
@@ -63,7 +64,7 @@ Simplex nearest_of_triangle(const Vector3& a, const Vector3& b, const Vector3& c
     return nearest_of_segment(b, c);
   const double area = area_a + area_b + area_c;
   if (!(area > 0)) {
-    // Without an area, the nearest of its sides.
+    // Take the nearest side of a triangle without area.
     const std::array<Simplex, 3> sides{nearest_of_segment(a, b), nearest_of_segment(a, c),
                                        nearest_of_segment(b, c)};
     return *std::ranges::min_element(sides, {},
@@ -138,8 +139,8 @@ double closing_speed(const MovingShape& a, const MovingShape& b, const Vector3& 
          normal.cross(b.motion.spin).norm() * b.reach;
 }
 
-/// Advances by times in which the two cannot meet, until they are within the tolerance. `separation_at`
-/// returns how they are apart at a time.
+/// Advances the time by steps in which the shapes cannot meet, until they are within the tolerance.
+/// `separation_at` returns their separation at a time.
 template <class SeparationAt>
 std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double duration, double tolerance,
                               SeparationAt separation_at) {
@@ -152,10 +153,10 @@ std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double
     normal = apart.normal;
     if (apart.gap <= tolerance) return Impact{time, normal};
     const double speed = closing_speed(a, b, apart.normal, time, duration);
-    // At the end of the duration there is half of the tolerance to spare.
-    const double room = apart.gap - tolerance / 2;
-    if (!(speed * (duration - time) > room)) return std::nullopt;
-    time += room / speed;
+    // Keep half of the tolerance to spare.
+    const double closed = apart.gap - tolerance / 2;
+    if (!(speed * (duration - time) > closed)) return std::nullopt;
+    time += closed / speed;
   }
   return Impact{time, normal};
 }
@@ -164,7 +165,7 @@ thread_local std::vector<std::uint32_t> near_triangles;
 
 std::optional<Impact> meets_mesh(const MovingShape& a, const TriangleMesh& mesh, const MovingShape& b,
                                  double duration, double tolerance) {
-  // The box around the way of a, as the mesh sees it at its start.
+  // Find the triangles in the box around the path of a, in the frame of the mesh at its start.
   const Pose pose_b = pose_at(b, 0);
   const Bounds box = swept_bounds(a, duration);
   const Vector3 half = (box.upper - box.lower) / 2;
@@ -217,9 +218,9 @@ ConvexSolid::ConvexSolid(const Vector3& a, const Vector3& b, const Vector3& c, c
 Vector3 ConvexSolid::support(const Vector3& direction) const {
   if (revolved_) return revolved_->support(direction.normalized());
   if (!polytope_) {
-    Eigen::Index farthest = 0;
-    (corners_.transpose() * direction).maxCoeff(&farthest);
-    return corners_.col(farthest);
+    Eigen::Index corner = 0;
+    (corners_.transpose() * direction).maxCoeff(&corner);
+    return corners_.col(corner);
   }
   const Vector3 local = rotation_.transpose() * direction;
   if (polytope_->box) {
@@ -229,15 +230,9 @@ Vector3 ConvexSolid::support(const Vector3& direction) const {
         box.half_size.cwiseProduct(in_box.unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; }));
     return position_ + rotation_ * (box.pose * corner);
   }
-  const Vector3* farthest = &polytope_->vertices[0];
-  double height = local.dot(*farthest);
-  for (const Vector3& vertex : polytope_->vertices) {
-    const double other = local.dot(vertex);
-    if (other <= height) continue;
-    height = other;
-    farthest = &vertex;
-  }
-  return position_ + rotation_ * *farthest;
+  std::uint32_t vertex = 0;
+  farthest(polytope_->vertices, local, vertex);
+  return position_ + rotation_ * polytope_->vertices[vertex];
 }
 
 Separation separation(const ConvexSolid& a, const ConvexSolid& b, double tolerance) {

@@ -23,18 +23,18 @@ constexpr double smallest_height = 1e-10;
 std::uint64_t hash_of(const Vector3& point) {
   std::uint64_t hash = 0;
   for (const double coordinate : {point.x(), point.y(), point.z()}) {
-    // Adding zero makes -0 the 0 that it is equal to.
+    // Add zero, which turns -0 into the 0 that it equals.
     hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate + 0.0)) * 0x9e3779b97f4a7c15;
     hash ^= hash >> 32;
   }
   return hash;
 }
 
-// The same as `welded` by sorting: slower, but never by much.
+/// Returns the same as `welded` by sorting: slower, but never by much.
 std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std::size_t& comparisons) {
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0U);
-  // Points with a NaN have no place in an order, nor are they at another's position.
+  // Leave out points with a NaN, which have no position in an order and equal no other.
   const auto numbers_end = std::stable_partition(
       order.begin(), order.end(), [&](std::uint32_t i) { return !points[i].array().isNaN().any(); });
   std::sort(order.begin(), numbers_end, [&](std::uint32_t i, std::uint32_t j) {
@@ -83,8 +83,7 @@ bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
   return area_vector(vertices, triangle).norm() > smallest_height * longest;
 }
 
-/// Splits triangles at the median of their middles until leaves are small; a leaf's are neighbours in
-/// the order that it gives.
+/// Builds the tree of boxes: splits triangles at the median of their middles until leaves are small.
 class TreeBuilder {
  public:
   explicit TreeBuilder(TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
@@ -100,7 +99,7 @@ class TreeBuilder {
     }
   }
 
-  /// The triangles in the order of the leaves.
+  /// Returns the triangles in the order of the leaves, of which each holds neighbours.
   std::vector<std::uint32_t> build() {
     mesh_.nodes.assign(1, {});
     split(0, 0, static_cast<std::uint32_t>(order_.size()));
@@ -108,10 +107,10 @@ class TreeBuilder {
   }
 
  private:
-  struct Place {
+  struct Midpoint {
     double middle;  // twice, along the axis of the split
     std::uint32_t triangle;
-    bool operator<(const Place& other) const {
+    bool operator<(const Midpoint& other) const {
       // Avoid a branch that would be mispredicted half the time.
       return (static_cast<int>(middle < other.middle) |
               (static_cast<int>(middle == other.middle) & static_cast<int>(triangle < other.triangle))) != 0;
@@ -135,11 +134,11 @@ class TreeBuilder {
     }
     Eigen::Index axis = 0;
     (middles.upper - middles.lower).maxCoeff(&axis);
-    places_.clear();
-    for (const std::uint32_t t : triangles) places_.push_back({middles_[t][axis], t});
+    midpoints_.clear();
+    for (const std::uint32_t t : triangles) midpoints_.push_back({middles_[t][axis], t});
     const std::uint32_t half = begin + (end - begin) / 2;
-    std::nth_element(places_.begin(), places_.begin() + (half - begin), places_.end());
-    std::ranges::transform(places_, triangles.begin(), &Place::triangle);
+    std::nth_element(midpoints_.begin(), midpoints_.begin() + (half - begin), midpoints_.end());
+    std::ranges::transform(midpoints_, triangles.begin(), &Midpoint::triangle);
     const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes.resize(mesh_.nodes.size() + 2);
     split(first, begin, half);
@@ -156,7 +155,7 @@ class TreeBuilder {
   std::vector<std::uint32_t> order_;
   std::vector<Bounds> boxes_;
   std::vector<Vector3> middles_;  // twice
-  std::vector<Place> places_;
+  std::vector<Midpoint> midpoints_;
 };
 
 /// Finds the triangles across the edges, and the vertices that edges join to each vertex.
@@ -201,9 +200,9 @@ std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* 
   std::size_t counted = 0;
   std::size_t& probes = comparisons != nullptr ? *comparisons : counted;
   probes = 0;
-  // Points can be made so that all fall into one slot.
+  // Bound the probes: points can be chosen such that all have one slot.
   const std::size_t most_probes = 1000 + 16 * points.size();
-  // Open addressing, at most half full.
+  // Hash table with open addressing, at most half full.
   std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), none);
   std::vector<std::uint32_t> first(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -307,7 +306,7 @@ TriangleMesh make_rectangle(double size_x, double size_z, bool two_sided) {
 }
 
 void find_triangles(const TriangleMesh& mesh, const Bounds& box, std::vector<std::uint32_t>& out) {
-  // Halved at every level, so no deeper than the number of bits of an index.
+  // Nodes to visit. The tree halves at every level, so it is no deeper than the bits of an index.
   std::array<std::uint32_t, 64> open;
   std::size_t count = 0;
   open[count++] = 0;

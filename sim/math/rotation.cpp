@@ -14,54 +14,25 @@ constexpr double half_pi_middle = 0x1.0b4611a6p-34;
 constexpr double half_pi_low = 0x1.3198a2e037073p-69;
 constexpr double two_over_pi = 0x1.45f306dc9c883p-1;
 
-// Taylor polynomials on [−π/4, π/4]; the first term left out is below 1e-19.
-double sine_polynomial(double x) {
-  const double s = x * x;
-  double p = 1.0 / 355687428096000.0;
-  p = p * s - 1.0 / 1307674368000.0;
-  p = p * s + 1.0 / 6227020800.0;
-  p = p * s - 1.0 / 39916800.0;
-  p = p * s + 1.0 / 362880.0;
-  p = p * s - 1.0 / 5040.0;
-  p = p * s + 1.0 / 120.0;
-  p = p * s - 1.0 / 6.0;
-  return x + x * s * p;
-}
+/// Taylor coefficients in x² of (sin x / x − 1) / x² and (cos x − 1) / x², the highest first. On [−π/4, π/4]
+/// the first term left out is below 1e-19; for x² ≤ 1/4 the first coefficient is left out too.
+constexpr std::array sine_terms = {
+    1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+    1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
+constexpr std::array cosine_terms = {
+    1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+    1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0,        -0.5};
 
-double cosine_polynomial(double x) {
-  const double s = x * x;
-  double p = 1.0 / 20922789888000.0;
-  p = p * s - 1.0 / 87178291200.0;
-  p = p * s + 1.0 / 479001600.0;
-  p = p * s - 1.0 / 3628800.0;
-  p = p * s + 1.0 / 40320.0;
-  p = p * s - 1.0 / 720.0;
-  p = p * s + 1.0 / 24.0;
-  p = p * s - 0.5;
-  return 1 + s * p;
-}
+/// Coefficients of (arcsin x / x − 1) / x² in x², the highest first.
+constexpr std::array arcsine_terms = {6435.0 / 557056.0, 143.0 / 10240.0, 231.0 / 13312.0, 63.0 / 2816.0,
+                                      35.0 / 1152.0,     5.0 / 112.0,     3.0 / 40.0,      1.0 / 6.0};
 
-// sin(√s)/√s and cos(√s) for 0 <= s <= 0.25.
-double sinc_of_square(double s) {
-  double p = -1.0 / 1307674368000.0;
-  p = p * s + 1.0 / 6227020800.0;
-  p = p * s - 1.0 / 39916800.0;
-  p = p * s + 1.0 / 362880.0;
-  p = p * s - 1.0 / 5040.0;
-  p = p * s + 1.0 / 120.0;
-  p = p * s - 1.0 / 6.0;
-  return p * s + 1;
-}
-
-double cosine_of_square(double s) {
-  double p = -1.0 / 87178291200.0;
-  p = p * s + 1.0 / 479001600.0;
-  p = p * s - 1.0 / 3628800.0;
-  p = p * s + 1.0 / 40320.0;
-  p = p * s - 1.0 / 720.0;
-  p = p * s + 1.0 / 24.0;
-  p = p * s - 0.5;
-  return p * s + 1;
+/// Returns the value of a polynomial at s by Horner's rule, from the coefficient at index `First` on.
+template <std::size_t First = 0, std::size_t Count>
+double polynomial(const std::array<double, Count>& coefficients, double s) {
+  double value = coefficients[First];
+  for (std::size_t i = First + 1; i < Count; ++i) value = value * s + coefficients[i];
+  return value;
 }
 
 struct FreeTurn {
@@ -101,15 +72,7 @@ FreeTurn free_turn(const Vector3& velocity, const Vector3& shape, double duratio
 /// Returns the rotation vector of a turn of at most 1/4 rad, by the series of the arcsine.
 Vector3 small_rotation_vector(const FreeTurn& turn) {
   const double s = turn.vector.squaredNorm();
-  double p = 6435.0 / 557056.0;
-  p = p * s + 143.0 / 10240.0;
-  p = p * s + 231.0 / 13312.0;
-  p = p * s + 63.0 / 2816.0;
-  p = p * s + 35.0 / 1152.0;
-  p = p * s + 5.0 / 112.0;
-  p = p * s + 3.0 / 40.0;
-  p = p * s + 1.0 / 6.0;
-  return 2 * (1 + s * p) * turn.vector;
+  return 2 * (1 + s * polynomial(arcsine_terms, s)) * turn.vector;
 }
 
 }  // namespace
@@ -117,8 +80,9 @@ Vector3 small_rotation_vector(const FreeTurn& turn) {
 SineCosine sine_cosine(double angle) {
   const double quadrant = std::floor(angle * two_over_pi + 0.5);
   const double x = ((angle - quadrant * half_pi_high) - quadrant * half_pi_middle) - quadrant * half_pi_low;
-  const double sine = sine_polynomial(x);
-  const double cosine = cosine_polynomial(x);
+  const double s = x * x;
+  const double sine = x + x * s * polynomial(sine_terms, s);
+  const double cosine = 1 + s * polynomial(cosine_terms, s);
   const double turn = quadrant - 4 * std::floor(quadrant / 4);  // 0, 1, 2 or 3
   if (turn == 1) return {cosine, -sine};
   if (turn == 2) return {-sine, -cosine};
@@ -129,8 +93,9 @@ SineCosine sine_cosine(double angle) {
 Quaternion rotation_quaternion(const Vector3& a) {
   const double half_squared = 0.25 * a.squaredNorm();
   if (half_squared <= 0.25) {
-    const Vector3 vector = a * (0.5 * sinc_of_square(half_squared));
-    return {cosine_of_square(half_squared), vector.x(), vector.y(), vector.z()};
+    const double sinc = polynomial<1>(sine_terms, half_squared) * half_squared + 1;
+    const Vector3 vector = a * (0.5 * sinc);
+    return {polynomial<1>(cosine_terms, half_squared) * half_squared + 1, vector.x(), vector.y(), vector.z()};
   }
   const double half = std::sqrt(half_squared);
   const auto [sine, cosine] = sine_cosine(half);

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact.h"
 #include "tests/geometry/solids.h"
@@ -10,8 +9,7 @@ namespace substep {
 namespace {
 
 using Pairs = BroadPhase::Pairs;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using test::infinity;
 
 Pairs brute_pairs(const std::vector<Bounds>& boxes) {
   Pairs pairs;
@@ -47,14 +45,22 @@ TEST(BroadPhase, FindsPairsOfBruteForce) {
       std::vector<Bounds> boxes = random_boxes(random, count, spread, 1);
       broad_phase.find_pairs(boxes, pairs);
       EXPECT_EQ(pairs, brute_pairs(boxes));
-      // Add planes, whose bounds are infinite.
+      // Add planes, whose bounds are infinite, and boxes with NaN, which are in no pair.
       boxes.insert(boxes.begin(), {Vector3::Constant(-infinity), Vector3(infinity, 0, infinity)});
       boxes.push_back({Vector3(0.5, -infinity, -infinity), Vector3::Constant(infinity)});
       boxes.push_back({Vector3::Constant(-infinity), Vector3::Constant(infinity)});
+      boxes.insert(boxes.begin() + boxes.size() / 2, {Vector3(std::nan(""), 0, 0), Vector3::Ones()});
+      boxes.push_back({Vector3::Zero(), Vector3::Constant(std::nan(""))});
       broad_phase.find_pairs(boxes, pairs);
       EXPECT_EQ(pairs, brute_pairs(boxes));
     }
   }
+  // On a grid all corners have equal coordinates, so that every order has ties and boxes end where lanes do.
+  std::vector<Bounds> grid;
+  for (int i = 0; i < 343; ++i)
+    grid.push_back({test::grid_point(i, 7), test::grid_point(i, 7) + Vector3::Ones()});
+  broad_phase.find_pairs(grid, pairs);
+  EXPECT_EQ(pairs, brute_pairs(grid));
 }
 
 TEST(BroadPhase, ForgetsEarlierCalls) {
@@ -64,9 +70,6 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
   std::vector<Bounds> boxes = random_boxes(random, 300, {3, 3, 3}, 1);
   for (int step = 0; step < 30; ++step) {
     used.find_pairs(boxes, pairs);
-    Pairs fresh;
-    BroadPhase().find_pairs(boxes, fresh);
-    ASSERT_EQ(pairs, fresh) << step;
     ASSERT_EQ(pairs, brute_pairs(boxes)) << step;
     for (Bounds& box : boxes) {
       // Move the boxes slowly, then to random positions.
@@ -105,21 +108,8 @@ TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
   EXPECT_EQ(pairs, brute_pairs(boxes));
 }
 
-TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
-  // All corners have equal coordinates, so that every order has ties and boxes
-  // end where lanes do.
-  std::vector<Bounds> boxes;
-  for (int i = 0; i < 343; ++i) {
-    const Vector3 lower = test::grid_point(i, 7);
-    boxes.push_back({lower, lower + Vector3::Ones()});
-  }
-  Pairs pairs;
-  BroadPhase().find_pairs(boxes, pairs);
-  EXPECT_EQ(pairs, brute_pairs(boxes));
-}
-
-/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns,
-/// and as many layers as make up `count`.
+/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns, and as many layers as make up
+/// `count`.
 std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
   std::vector<Bounds> boxes = {{Vector3(-infinity, -infinity, -infinity), Vector3(infinity, 0, infinity)}};
   for (int i = 0; i < count; ++i) {
@@ -131,9 +121,8 @@ std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
 }
 
 TEST(BroadPhase, WorkGrowsWithBodies) {
-  // Count the tested pairs: with a hundred times the bodies there are as many
-  // for each body, in a scattered field, a pile as high as wide and a tall
-  // tower.
+  // Count the tested pairs: with a hundred times the bodies there are as many for each body, in a scattered
+  // field, a pile as high as wide and a tall tower.
   std::mt19937 random(4);
   Pairs pairs;
   BroadPhase broad_phase;
@@ -157,19 +146,6 @@ TEST(BroadPhase, WorkGrowsWithBodies) {
   EXPECT_LT(work(pile(random, 1000, 10)), 40);
   EXPECT_LT(work(pile(random, 10000, 22)), 40);
   EXPECT_LT(work(pile(random, 10000, 2)), 40);
-}
-
-TEST(BroadPhase, IgnoresBoxesThatAreNotFinite) {
-  std::mt19937 random(3);
-  std::vector<Bounds> boxes = random_boxes(random, 100, {1, 1, 1}, 1);
-  boxes[20].lower.x() = std::nan("");
-  boxes[50].upper = Vector3::Constant(std::nan(""));
-  Pairs pairs;
-  BroadPhase().find_pairs(boxes, pairs);
-  for (const auto& [i, j] : pairs) {
-    EXPECT_TRUE(i != 20 && j != 20 && i != 50 && j != 50);
-  }
-  EXPECT_FALSE(pairs.empty());
 }
 
 }  // namespace

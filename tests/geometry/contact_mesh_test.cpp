@@ -23,8 +23,7 @@ using test::upright;
 
 constexpr double margin = 0.02;
 
-/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down
-/// (or up) by `slope` away from it.
+/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down (or up) by `slope` away from it.
 TriangleMesh ridge(double slope) {
   std::vector<Vector3> positions;
   std::vector<Triangle> triangles;
@@ -57,8 +56,8 @@ std::vector<Shape> shapes() {
           test::dodecahedron()};
 }
 
-/// Returns the depth of a shape in the half-space below a plane through `on`
-/// with this normal, by contacts with a plane.
+/// Returns the depth of a shape in the half-space below a plane through `on` with this normal, by contacts
+/// with a plane.
 double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
   const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
@@ -125,8 +124,7 @@ TEST(MeshContacts, SlidingBoxHasFourCorners) {
 TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
-  // Balanced on the ridge: one contact at the edge for a sphere, two for what
-  // has a side along it.
+  // Balanced on the ridge: one contact at the edge for a sphere, two for what has a side along it.
   const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, margin);
   ASSERT_EQ(ball.size(), 1U);
   EXPECT_LT((ball[0].normal - Vector3::UnitY()).norm(), 1e-9);
@@ -138,13 +136,11 @@ TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
     EXPECT_NEAR(point.distance, -1e-3, 1e-12);
     EXPECT_NEAR(point.on_b.x(), 0, 1e-12);
   }
-  // A sphere that rolls over it: from one face's normal round the edge to the
-  // other's, without a jump.
+  // A sphere that rolls over it: from one face's normal round the edge to the other's, without a jump.
   Vector3 before = Vector3::Zero();
   for (int i = 0; i <= 2000; ++i) {
     const double x = -0.5 + 5e-4 * i;
-    // Its centre 0.3 from the surface: over a face or on the arc about the
-    // edge.
+    // Its centre 0.3 from the surface: over a face or on the arc about the edge.
     const double edge_of_arc = 0.3 * right.x();
     const double y =
         std::abs(x) <= edge_of_arc ? std::sqrt(0.09 - x * x) : (0.3 - std::abs(x) * right.x()) / right.y();
@@ -208,8 +204,7 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
     }
   }
   EXPECT_GT(touching, 300);
-  // A triangle knows only its neighbours: near a corner of the solid it may
-  // take another way out.
+  // A triangle knows only its neighbours: near a corner of the solid it may take another way out.
   EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
 }
 
@@ -234,8 +229,7 @@ TEST(MeshContacts, BorderTouchesWithItsEdge) {
 }
 
 TEST(MeshContacts, RingOfStripsPushesInwards) {
-  // A ring like a fence round what stands inside: its top edge is open, its
-  // inner edges are concave.
+  // A ring like a fence round what stands inside: its top edge is open, its inner edges are concave.
   constexpr int sides = 96;
   constexpr double radius = 1.15;
   constexpr double top = 0.09;
@@ -267,9 +261,8 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
       pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
       for (const ContactPoint& point : contacts(shape, pose, ring, {}, margin)) {
         ++touching;
-        // A wrong direction shows as a depth that is not there, up to the
-        // ring's height. The ring itself comes inwards by 2.8 mm within the
-        // reach of a shape's corners, 0.08 m to a side.
+        // A wrong direction shows as a depth that is not there, up to the ring's height. The ring itself
+        // comes inwards by 2.8 mm within the reach of a shape's corners, 0.08 m to a side.
         EXPECT_GT(point.distance, -std::max(depth, 0.0) - 2.8e-3)
             << "shape " << shape.index() << ", " << i << ", at " << angle << " rad, depth " << depth
             << ": normal " << point.normal.transpose();

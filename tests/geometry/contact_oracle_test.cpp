@@ -1,7 +1,6 @@
-// Compares contacts of random pairs of convex shapes with oracles that share
-// nothing with the contact search: the distance by GJK where the two are apart
-// and, where they overlap, the largest separation over all directions, with
-// support functions of the tests' own.
+// Compares contacts of random pairs of convex shapes with oracles that share nothing with the contact search:
+// the distance by GJK where the two are apart and, where they overlap, the largest separation over all
+// directions, with support functions of the tests' own.
 
 #include <gtest/gtest.h>
 
@@ -39,14 +38,12 @@ std::vector<Shape> round_shapes() {
           make_tapered_capsule(0.3, 0.2, 0.4)};
 }
 
-/// Returns minus the depth of the overlap of two convex shapes. The search may
-/// end at a local maximum of the separation; the normals `found` are measured,
-/// too, which can only improve the result.
+/// Returns minus the depth of the overlap of two convex shapes. The search may end at a local maximum of the
+/// separation; the normals `found` are measured, too, which can only improve the result.
 double searched_separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                            const Contacts& found) {
   const auto separation = [&](const Vector3& n) { return -extent(a, pose_a, -n) - extent(b, pose_b, n); };
-  // Directions spread evenly over the sphere, the best of them improved by
-  // steps that halve.
+  // Directions spread evenly over the sphere, the best of them improved by steps that halve.
   constexpr int count = 1500;
   std::vector<std::pair<double, Vector3>> starts;
   for (int i = 0; i < count; ++i) {
@@ -107,8 +104,7 @@ TEST(ContactOracle, DepthsAndDistancesAgree) {
     };
     const double size = std::min(size_of(a), size_of(b));
     const double lowest = test::lowest_distance(points);
-    // Contacts exceed the true depth or distance by the preference for faces at
-    // most.
+    // Contacts exceed the true depth or distance by the preference for faces at most.
     const auto allowed = [&](double truth) { return 0.06 * std::abs(truth) + 1.2e-3 * size; };
     const double distance = separation(ConvexSolid(a, pose_a), ConvexSolid(b, pose_b), 1e-10).gap;
     if (distance > margin) {
@@ -128,8 +124,7 @@ TEST(ContactOracle, DepthsAndDistancesAgree) {
                                      : searched_separation(a, pose_a, b, pose_b, points);
       EXPECT_LE(lowest, depth + allowed(depth));
       if (lowest >= depth - allowed(depth)) continue;
-      // Half a round shape deep there are several ways out, and the shortest
-      // may be missed.
+      // Half a round shape deep there are several ways out, and the shortest may be missed.
       EXPECT_FALSE(are_hulls);
       ++too_deep;
     }
@@ -146,8 +141,7 @@ TEST(ContactOracle, GrazingPairsKeepTheirInvariants) {
   for (int trial = 0; trial < 4000; ++trial) {
     const Polytope& a = shapes[random() % shapes.size()];
     const Polytope& b = shapes[random() % shapes.size()];
-    // Right angles and faces against faces, where axes are parallel and corners
-    // flush …
+    // Right angles and faces against faces, where axes are parallel and corners flush …
     const auto pick = [&](const Polytope& polytope, const Vector3& direction) {
       const Vector3& normal = polytope.face_normals[random() % polytope.face_count()];
       return Quaternion::FromTwoVectors(normal, direction);

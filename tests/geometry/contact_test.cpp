@@ -85,8 +85,7 @@ std::vector<Resting> resting_cases() {
   const Quaternion on_side =
       Quaternion::FromTwoVectors(Vector3(1 / slant, 0.25 / slant, 0), -Vector3::UnitY());
   const double side_height = (0.5 - 0.25 * 0.5) / slant;
-  // Balls of 0.3 and 0.1 a metre apart: the middle of its axis is 0.2 from the
-  // side.
+  // Balls of 0.3 and 0.1 a metre apart: the middle of its axis is 0.2 from the side.
   const TaperedCapsule skittle = make_tapered_capsule(1, 0.3, 0.1);
   const Quaternion skittle_lying =
       Quaternion::FromTwoVectors(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
@@ -204,8 +203,7 @@ std::vector<Resting> resting_cases() {
 TEST(Contacts, RestingShapesHaveWholeManifold) {
   for (const Resting& rest : resting_cases()) {
     for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
-      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no
-      // unique shortest way out.
+      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no unique shortest way out.
       const std::string name = rest.name;
       if (gap < -1e-3 && (name.starts_with("plate") || name.starts_with("small"))) continue;
       Pose pose = rest.top_pose;
@@ -256,8 +254,7 @@ TEST(Contacts, SlightTiltKeepsFace) {
     for (int trial = 0; trial < 300; ++trial) {
       const Quaternion tilt = turn(angle, test::random_point(random, 1));
       const double gap = trial % 2 == 0 ? -1e-4 : 1e-4;
-      // The box is half beside the other's edge, where an edge axis nearly
-      // wins.
+      // The box is half beside the other's edge, where an edge axis nearly wins.
       for (const auto& [a, b] : {std::pair{&cube, &cube}, {&hull, &hull}, {&cube, &hull}}) {
         const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, margin);
         EXPECT_GE(points.size(), 4U) << angle;
@@ -440,8 +437,7 @@ TEST(Contacts, RotatedBoxMatchesItsHull) {
     const Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
     const auto quick = contacts(one, pose, one, {}, margin);
     const auto slow = contacts(other, pose, other, {}, margin);
-    // The same axis is found, so the same depth; ties in the choice of a face
-    // apart.
+    // The same axis is found, so the same depth; ties in the choice of a face apart.
     ASSERT_EQ(quick.empty(), slow.empty());
     if (!quick.empty()) {
       EXPECT_NEAR(test::lowest_distance(quick), test::lowest_distance(slow), 1e-12);

@@ -93,8 +93,8 @@ TEST(MassProperties, RoundShapesMatchClosedForms) {
   EXPECT_DOUBLE_EQ(ball.inertia(0, 0), 0.4 * 32 * test::pi / 3 * 4);
 }
 
-/// Returns volume and moments of a solid of revolution about the Y axis by
-/// slices: ∫ π r² dy and the moments of the discs.
+/// Returns volume and moments of a solid of revolution about the Y axis by slices: ∫ π r² dy and the moments
+/// of the discs.
 template <class SquaredRadius>
 MassProperties sliced(double low, double high, SquaredRadius squared_radius) {
   constexpr int slices = 200000;

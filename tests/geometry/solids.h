@@ -16,8 +16,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double pi = std::numbers::pi;
 const Quaternion upright = Quaternion::Identity();
 
-/// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular
-/// dodecahedron with edges of length 2/φ.
+/// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular dodecahedron with edges of length 2/φ.
 std::vector<Vector3> dodecahedron_points();
 
 Polytope dodecahedron();
@@ -39,13 +38,12 @@ Vector3 random_point(std::mt19937& random, double reach);
 /// Returns the rotation by `angle` about `axis`, through libm.
 Quaternion turn(double angle, const Vector3& axis);
 
-/// Returns the number of random pairs to compare with an oracle: `usual`, or
-/// the value of SUBSTEP_ORACLE_PAIRS.
+/// Returns the number of random pairs to compare with an oracle: `usual`, or the value of
+/// SUBSTEP_ORACLE_PAIRS.
 int oracle_pairs(int usual);
 
-/// Returns a square of side × side cells in the plane y = 0 about the origin,
-/// each of two triangles. `uneven` shifts inner corners in the plane by up to
-/// that fraction of a cell and turns the diagonals at random.
+/// Returns a square of side × side cells in the plane y = 0 about the origin, each of two triangles. `uneven`
+/// shifts inner corners in the plane by up to that fraction of a cell and turns the diagonals at random.
 TriangleMesh flat_mesh(int side, double cell, double uneven);
 
 /// Returns the faces of a polytope as triangles.
@@ -55,9 +53,8 @@ Contacts contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 
 double lowest_distance(const Contacts& points);
 
-/// Returns which law of contacts is violated; empty: none. Contacts are finite,
-/// with unit normals and a distance below the margin that is that of their two
-/// points.
+/// Returns which law of contacts is violated; empty: none. Contacts are finite, with unit normals and a
+/// distance below the margin that is that of their two points.
 std::string complaint(const Contacts& points, double margin);
 
 /// Expects the contacts of (b, a) to be those of (a, b) with a and b exchanged.
@@ -66,8 +63,7 @@ void expect_mirrored(const Contacts& one, const Contacts& other);
 /// Returns the extent of a convex shape along a unit direction, by definition.
 double extent(const Shape& shape, const Pose& pose, const Vector3& direction);
 
-/// Returns the separation of two polytopes by testing every face and every pair
-/// of edges, with no short cuts.
+/// Returns the separation of two polytopes by testing every face and every pair of edges, with no short cuts.
 double brute_separation(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b);
 
 }  // namespace substep::test

@@ -14,8 +14,7 @@
 namespace substep {
 namespace {
 
-/// However the file orders them, triangles that lie together share a leaf: a
-/// search looks at few.
+/// However the file orders them, triangles that lie together share a leaf: a search looks at few.
 TEST(TriangleMesh, LeavesHoldNeighbours) {
   const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
   std::vector<Triangle> triangles = ordered.triangles;
@@ -102,16 +101,15 @@ TEST(WeldedPoints, JoinPointsAtOnePosition) {
   EXPECT_EQ(distinct(std::span(points).first(4)), (std::vector<Vector3>{points[0], points[1]}));
 }
 
-// Heights whose points at x = y = 0 all have the hash's low 20 bits zero: that
-// they are found by turning its last steps round shows that anyone can.
+// Heights whose points at x = y = 0 all have the hash's low 20 bits zero: that they are found by turning its
+// last steps round shows that anyone can.
 std::vector<Vector3> points_of_one_slot(std::size_t count) {
   constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;
   std::uint64_t inverse = 1;
   for (int i = 0; i < 6; ++i) inverse *= 2 - factor * inverse;
   std::vector<Vector3> points;
   for (std::uint64_t i = 1; points.size() < count; ++i) {
-    // h ^ h >> 32 has these low bits zero where h's bits 0…19 and 32…51 are the
-    // same.
+    // h ^ h >> 32 has these low bits zero where h's bits 0…19 and 32…51 are the same.
     const std::uint64_t low = i * 0x3243f6a88 & 0xfffff;
     const std::uint64_t product = i << 52 | low << 32 | low;
     const double height = std::bit_cast<double>(product * inverse);
