@@ -204,8 +204,8 @@ class Reader : private TomlValues {
     entry.scene = (suite.folder() / entry.scene).lexically_normal();
     std::string variant;
     if (const auto* node = table.get("variant")) {
-      variant = "-" + text(*node, "variant");
-      if (!is_case_name(variant.substr(1))) fail(*node, "'variant' must be of letters, digits, _ and -");
+      variant = text(*node, "variant");
+      if (!is_case_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
     }
     for (const int frame : entry.images) {
       if (frame > entry.frames || (frame % entry.full_every != 0 && frame != entry.frames)) {
@@ -219,13 +219,14 @@ class Reader : private TomlValues {
     for (const Algorithm algorithm : plan.algorithms) add_case(table, plan, algorithm, variant, suite);
   }
 
-  /// Adds the case of one algorithm. `variant`: what its name ends in.
+  /// Adds the case of one algorithm. `variant`: empty, or what distinguishes its name.
   void add_case(const toml::table& table, const Plan& plan, Algorithm algorithm, const std::string& variant,
                 Suite& suite) {
     SuiteCase result = plan.entry;
     const std::string author = plan.is_foreign() ? result.author : std::string(name(algorithm));
+    const std::string slug = variant.empty() ? author : fmt::format("{}-{}", author, variant);
     const std::string scene_name = result.scene.stem().string();
-    result.name = scene_name + "." + author + variant;
+    result.name = fmt::format("{}.{}", scene_name, slug);
     result.settings = default_settings(algorithm);
     for (const toml::table* settings : plan.settings) {
       apply(*settings, result);
@@ -238,9 +239,9 @@ class Reader : private TomlValues {
       fail(table, fmt::format("{}: {}", result.name, error.what()));
     }
     result.suite_folder = suite.folder();
-    result.pose_file = suite.folder() / "poses" / scene_name / (author + variant + ".poses");
+    result.pose_file = suite.folder() / "poses" / scene_name / (slug + ".poses");
     result.track_file = fs::path(result.pose_file).replace_extension(".track");
-    result.sidecar = suite.folder() / "images" / scene_name / (author + variant + ".json");
+    result.sidecar = suite.folder() / "images" / scene_name / (slug + ".json");
     if (!names_.insert(result.name).second) {
       fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
     }

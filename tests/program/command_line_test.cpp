@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <sstream>
 
 #include "program.h"
+#include "sim/log/file_output.h"
 
 namespace substep {
 namespace {
@@ -15,11 +15,6 @@ using testing::HasSubstr;
 
 class CommandLine : public Program {
  protected:
-  static std::string scene_text(const std::string& name) {
-    std::ifstream stream(scene(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
   /// The scene's text with the first `from` after `after` replaced.
   static std::string changed(std::string text, const std::string& after, const std::string& from,
                              const std::string& to) {
@@ -44,10 +39,9 @@ std::vector<std::string> commands_in(const std::string& help) {
   return commands;
 }
 
-TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
-  const Outcome all = run({"--help"});
-  EXPECT_EQ(all.exit_code, 0);
-  const std::vector<std::string> commands = commands_in(all.out);
+TEST_F(CommandLine, HelpHasExampleOfEachCommand) {
+  const std::string all = printed("--help");
+  const std::vector<std::string> commands = commands_in(all);
   EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info",
                                                       "diff", "check", "approve", "init", "measure", "sweep",
                                                       "mlcp", "report"));
@@ -59,123 +53,119 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   }
 }
 
-TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
-  const std::string chain = scene("rod_chain.gltf");
-  expect_refused({}, "a command is needed");
-  expect_refused({"walk"}, "walk");
-  expect_refused({"rendr"}, "'rendr' is no command: did you mean 'render'?");
-  expect_refused({"help", "rendr"}, "did you mean 'render'?");
-  expect_refused({"run", chain, "--subteps", "4"}, "--subteps: did you mean --substeps?");
-  expect_refused({"run", chain, "--setp", "1/60"}, "--setp: did you mean --step?");
-  expect_refused({"run"}, "scene");
-  expect_refused({"run", chain, "--speed", "3"}, "--speed");
-  expect_refused({"run", chain, "--algorithm", "a6"},
-                 "--algorithm 'a6': give a1, a2, a3, a4, a5, soft or avbd");
-  expect_refused({"run", chain, "--set", "joints=loose"}, "--set 'joints=loose': give rows, plain or stable");
-  expect_refused({"run", chain, "--step", "1/0"}, "--step '1/0'");
-  expect_refused({"run", chain, "--step", "soon"}, "--step 'soon'");
-  expect_refused({"run", chain, "--step", "0"}, "step 0");
-  expect_refused({"run", chain, "--step", "-1/60"}, "step");
-  expect_refused({"run", chain, "--step", "nan"}, "--step 'nan'");
-  expect_refused({"run", chain, "--substeps", "0"}, "substeps 0");
-  expect_refused({"run", chain, "--substeps", "many"}, "--substeps");
-  expect_refused({"run", chain, "--substeps", "99999999999999"}, "--substeps");
-  expect_refused({"run", chain, "--set", "tau=nan"}, "tau");
-  expect_refused({"run", chain, "--set", "kappa=0"}, "kappa 0");
-  expect_refused({"run", chain, "--set", "tau"}, "--set 'tau': give KEY=VALUE");
-  expect_refused({"run", chain, "--set", "mass=3"}, "--set 'mass': give some of step, substeps");
-  expect_refused({"run", chain, "--duration", "-1"}, "--duration '-1'");
-  expect_refused({"run", chain, "--duration", "1e300"}, "too many");
-  expect_refused({"run", chain, "--every", "0"}, "every 0 frames");
-  expect_refused({"run", chain, "--output", "missing/a.poses.txt"}, "there is no folder missing");
-  expect_refused({"run", chain, "--csv", "missing/a.csv"}, "there is no folder missing");
-  expect_refused({"measure", chain, "--reference", "missing/a.csv"}, "there is no folder missing");
-  expect_refused({"measure", chain, "--reference", "a.csv", "--duration", "0"},
-                 "duration 0 s: from the scene's step");
-  expect_refused({"measure", chain, "--reference", "a.csv", "--duration", "soon"}, "--duration 'soon'");
-  expect_refused({"render", chain, "--size", "big"}, "--size 'big'");
-  expect_refused({"render", chain, "--size", "0x100"}, "--size '0x100'");
-  expect_refused({"render", chain, "--duration", "0.1", "--frame", "first"}, "--frame 'first'");
-  expect_refused({"render", chain, "--duration", "0.1", "--frame", "7"}, "--frame 7: the last is 6");
-  expect_refused({"render", chain, "--duration", "0.1", "--output", "missing"}, "no such folder");
-  expect_refused({"video", chain, "--size", "33x33"}, "size 33x33");
-  expect_refused({"render", chain, "--size", "32768x32768"}, "ask for at most 268435456 pixels");
-  expect_refused({"video", chain, "--output", "film.avi"}, "film.avi: a film's name ends in .mp4");
-  expect_refused({"video", chain, "--output", "film"}, "film: a film's name ends in .mp4");
-  expect_refused({"video", chain, "--duration", "1e9"}, "duration");
-  expect_refused({"video", chain, "--reference-substeps", "0"}, "reference sub-steps 0");
-  expect_refused({"video", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
-  expect_refused({"video", chain, "--panel", "log:missing.poses.txt"}, "missing.poses.txt");
-  expect_refused({"video", chain, "--panel", "reference", "--no-reference"}, "there is none");
-  expect_refused({"video", chain, "--overlay", "forces"}, "--overlay 'forces': give some of trails");
-  expect_refused({"video", chain, "--overlay", "error,velocity"}, "bodies have one colour");
-  expect_refused({"video", chain, "--strip", "height"}, "--strip 'height': give some of error, gap, energy");
-  expect_refused({"video", chain, "--freeze", "--no-reference"}, "there is none");
-  expect_refused({"video", chain, "--end", "100"}, "--end 100: must be from --start to the end of the run");
-  expect_refused({"video", chain, "--start", "1", "--end", "0.5"}, "--end 0.5: must be from --start");
-  expect_refused({"video", chain, "--camera", "name:left"}, "has no such camera: ");
-  expect_refused({"render", chain, chain}, "several are drawn with --layout sheet");
-  expect_refused({"render", chain, "--layout", "collage"}, "--layout");
-  expect_refused({"render", chain, "--panel", "a5"}, "--panel: is of use with --layout stills only");
-  expect_refused({"render", chain, "--layout", "stills", "--columns", "2"},
-                 "--columns: is of use with --layout sheet");
-  expect_refused({"render", chain, "--layout", "stills"}, "--layout stills: give the columns' times");
-  expect_refused({"render", chain, "--camera", "orbit:10"}, "a picture has no time to move in");
-  expect_refused({"render", chain, "--time", "100"}, "--time 100: the run ends at");
-  expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
-  expect_refused({"video", chain, "--camera", "follow:nobody"}, "has no such body: rod");
-  expect_refused({"video", chain, "--start", "9"}, "start 9 s");
-  expect_refused({"player", chain, "--output", "chain.htm"}, "chain.htm: give a name that ends in .html");
-  expect_refused({"player", chain, "--output", "missing/a.html"}, "there is no folder missing");
-  expect_refused({"player", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
-  expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
-  expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");
+/// Command lines on a scene c.gltf, and what their refusals name.
+const std::vector<std::pair<const char*, const char*>> refusals{
+    {"", "a command is needed"},
+    {"walk", "walk"},
+    {"rendr", "'rendr' is no command: did you mean 'render'?"},
+    {"help rendr", "did you mean 'render'?"},
+    {"run c.gltf --subteps 4", "--subteps: did you mean --substeps?"},
+    {"run c.gltf --setp 1/60", "--setp: did you mean --step?"},
+    {"run", "scene"},
+    {"run c.gltf --speed 3", "--speed"},
+    {"run c.gltf --algorithm a6", "--algorithm 'a6': give a1, a2, a3, a4, a5, soft or avbd"},
+    {"run c.gltf --set joints=loose", "--set 'joints=loose': give rows, plain or stable"},
+    {"run c.gltf --step 1/0", "--step '1/0'"},
+    {"run c.gltf --step soon", "--step 'soon'"},
+    {"run c.gltf --step 0", "step 0"},
+    {"run c.gltf --step -1/60", "step"},
+    {"run c.gltf --step nan", "--step 'nan'"},
+    {"run c.gltf --substeps 0", "substeps 0"},
+    {"run c.gltf --substeps many", "--substeps"},
+    {"run c.gltf --substeps 99999999999999", "--substeps"},
+    {"run c.gltf --set tau=nan", "tau"},
+    {"run c.gltf --set kappa=0", "kappa 0"},
+    {"run c.gltf --set tau", "--set 'tau': give KEY=VALUE"},
+    {"run c.gltf --set mass=3", "--set 'mass': give some of step, substeps"},
+    {"run c.gltf --duration -1", "--duration '-1'"},
+    {"run c.gltf --duration 1e300", "too many"},
+    {"run c.gltf --every 0", "every 0 frames"},
+    {"run c.gltf --output missing/a.poses.txt", "there is no folder missing"},
+    {"run c.gltf --csv missing/a.csv", "there is no folder missing"},
+    {"measure c.gltf --reference missing/a.csv", "there is no folder missing"},
+    {"measure c.gltf --reference a.csv --duration 0", "duration 0 s: from the scene's step"},
+    {"measure c.gltf --reference a.csv --duration soon", "--duration 'soon'"},
+    {"render c.gltf --size big", "--size 'big'"},
+    {"render c.gltf --size 0x100", "--size '0x100'"},
+    {"render c.gltf --duration 0.1 --frame first", "--frame 'first'"},
+    {"render c.gltf --duration 0.1 --frame 7", "--frame 7: the last is 6"},
+    {"render c.gltf --duration 0.1 --output missing", "no such folder"},
+    {"video c.gltf --size 33x33", "size 33x33"},
+    {"render c.gltf --size 32768x32768", "ask for at most 268435456 pixels"},
+    {"video c.gltf --output film.avi", "film.avi: a film's name ends in .mp4"},
+    {"video c.gltf --output film", "film: a film's name ends in .mp4"},
+    {"video c.gltf --duration 1e9", "duration"},
+    {"video c.gltf --reference-substeps 0", "reference sub-steps 0"},
+    {"video c.gltf --panel a6", "panel a6: 'a6': give a1 to a5, reference, log:FILE"},
+    {"video c.gltf --panel log:missing.poses.txt", "missing.poses.txt"},
+    {"video c.gltf --panel reference --no-reference", "there is none"},
+    {"video c.gltf --overlay forces", "--overlay 'forces': give some of trails"},
+    {"video c.gltf --overlay error,velocity", "bodies have one colour"},
+    {"video c.gltf --strip height", "--strip 'height': give some of error, gap, energy"},
+    {"video c.gltf --freeze --no-reference", "there is none"},
+    {"video c.gltf --end 100", "--end 100: must be from --start to the end of the run"},
+    {"video c.gltf --start 1 --end 0.5", "--end 0.5: must be from --start"},
+    {"video c.gltf --camera name:left", "has no such camera: "},
+    {"render c.gltf c.gltf", "several are drawn with --layout sheet"},
+    {"render c.gltf --layout collage", "--layout"},
+    {"render c.gltf --panel a5", "--panel: is of use with --layout stills only"},
+    {"render c.gltf --layout stills --columns 2", "--columns: is of use with --layout sheet"},
+    {"render c.gltf --layout stills", "--layout stills: give the columns' times"},
+    {"render c.gltf --camera orbit:10", "a picture has no time to move in"},
+    {"render c.gltf --time 100", "--time 100: the run ends at"},
+    {"video c.gltf --overlay ghost --no-reference", "there is none"},
+    {"video c.gltf --camera follow:nobody", "has no such body: rod"},
+    {"video c.gltf --start 9", "start 9 s"},
+    {"player c.gltf --output chain.htm", "chain.htm: give a name that ends in .html"},
+    {"player c.gltf --output missing/a.html", "there is no folder missing"},
+    {"player c.gltf --panel a6", "panel a6: 'a6': give a1 to a5, reference, log:FILE"},
+    {"video c.gltf --loop loop.webp", "must be a .gif"},
+    {"video c.gltf --poster missing/a.png", "there is no folder missing"}};
+
+TEST_F(CommandLine, RefusesWhatItCannotUnderstand) {
+  std::filesystem::copy_file(scene("rod_chain.gltf"), folder() / "c.gltf");
+  for (const auto& [words, part] : refusals) refuses(words, part);
 }
 
 TEST_F(CommandLine, HelpExplainsSettingsAndCommands) {
-  const Outcome settings = run({"help", "settings"});
-  EXPECT_EQ(settings.exit_code, 0);
+  const std::string settings = printed("help settings");
   for (const char* const key : {"substeps", "kappa", "contact_tau", "relaxation"}) {
-    EXPECT_THAT(settings.out, HasSubstr(std::string("\n  ") + key + " "));
+    EXPECT_THAT(settings, HasSubstr(std::string("\n  ") + key + " "));
   }
-  EXPECT_EQ(run({"help", "video"}).out, run({"video", "--help"}).out);
-  EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+  EXPECT_EQ(shell("help video").out, shell("video --help").out);
+  EXPECT_EQ(shell("help").out, shell("--help").out);
 }
 
-TEST_F(CommandLine, BadScenesAreRefusedByEachCommandThatReadsThem) {
-  const std::string good = scene_text("rod_chain.gltf");
+TEST_F(CommandLine, RefusesBadScenesInEachCommand) {
+  const std::string good = content_of(scene("rod_chain.gltf")).value();
   write("truncated.glb", std::string("glTF\x02\0\0\0\x00\x10\0\0\x00\x01\0\0JSON{\"asset\"", 33));
   write("truncated.gltf", good.substr(0, good.size() / 2));
   write("empty.gltf", "");
   write("no_such_body.gltf",
         changed(good, "\"connectedNode\"", "\"connectedNode\"", "\"connectedNode\": 9999, \"was\""));
-  for (const char* const command : {"run", "render", "video", "info", "measure"}) {
-    expect_refused({command, "not_there.gltf"}, "not_there.gltf");
-    expect_refused({command, "truncated.glb"}, "truncated.glb");
-    expect_refused({command, "truncated.gltf"}, "truncated.gltf");
-    expect_refused({command, "empty.gltf"}, "empty.gltf");
-    expect_refused({command, "no_such_body.gltf"}, "no_such_body.gltf");
-    expect_refused({command, "."}, ".");
+  for (const std::string command : {"run ", "render ", "video ", "info ", "measure "}) {
+    for (const char* const file :
+         {"not_there.gltf", "truncated.glb", "truncated.gltf", "empty.gltf", "no_such_body.gltf", "."})
+      refuses(command + file, file);
   }
 }
 
-TEST_F(CommandLine, BadPoseLogsAreRefused) {
-  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.1", "--output", "a.poses.txt"}).exit_code,
-            0);
+TEST_F(CommandLine, RefusesBadPoseLogs) {
+  printed("run $S/rod_chain.gltf --duration 0.1 --output a.poses.txt");
   const std::string log = content("a.poses.txt");
   write("cut.poses.txt", log.substr(0, log.size() - 5));
   write("nan.poses.txt", changed(log, "\npose 1 ", " 0", " nan"));
   write("other.poses.txt", changed(log, "scene-hash ", "scene-hash ", "scene-hash 0000"));
-  const std::string chain = scene("rod_chain.gltf");
-  expect_refused({"diff", "a.poses.txt", "not_there.poses.txt"},
-                 "not_there.poses.txt: there is no such file");
-  expect_refused({"diff", "a.poses.txt", "cut.poses.txt"}, "cut.poses.txt:");
-  expect_refused({"diff", "a.poses.txt", "nan.poses.txt"}, "nan.poses.txt:");
-  expect_refused({"diff", "a.poses.txt", chain}, "no pose log");
-  expect_refused({"render", "a.poses.txt"}, "--scene FILE");
-  expect_refused({"render", "cut.poses.txt", "--scene", chain}, "truncated");
-  expect_refused({"render", "other.poses.txt", "--scene", chain}, "hash");
-  expect_refused({"render", "a.poses.txt", "--scene", scene("box_stack.gltf")}, "another version");
+  for (const auto& [words, part] :
+       {std::pair("diff a.poses.txt not_there.poses.txt", "not_there.poses.txt: there is no such file"),
+        {"diff a.poses.txt cut.poses.txt", "cut.poses.txt:"},
+        {"diff a.poses.txt nan.poses.txt", "nan.poses.txt:"},
+        {"diff a.poses.txt $S/rod_chain.gltf", "no pose log"},
+        {"render a.poses.txt", "--scene FILE"},
+        {"render cut.poses.txt --scene $S/rod_chain.gltf", "truncated"},
+        {"render other.poses.txt --scene $S/rod_chain.gltf", "hash"},
+        {"render a.poses.txt --scene $S/box_stack.gltf", "another version"}})
+    refuses(words, part);
 }
 
 }  // namespace

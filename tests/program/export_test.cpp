@@ -86,14 +86,9 @@ std::string textured_square() {
   return root.dump();
 }
 
-TEST_F(Export, AGlbHasTheRunsPosesAsKeys) {
-  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--algorithm", "a5", "--duration", "0.5", "--output",
-                 "a.poses.txt"})
-                .exit_code,
-            0);
-  const Outcome outcome = run({"export", "a.poses.txt", "--scene", scene("rod_chain.gltf"), "--rate", "30"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("wrote a.glb: 16 frames"));
+TEST_F(Export, GlbHasPosesAsKeys) {
+  printed("run $S/rod_chain.gltf --algorithm a5 --duration 0.5 --output a.poses.txt");
+  expect("export a.poses.txt --scene $S/rod_chain.gltf --rate 30", 0, {"wrote a.glb: 16 frames"});
   const Glb glb = read("a.glb");
   const PoseLog log = read_pose_log(folder() / "a.poses.txt");
 
@@ -128,38 +123,36 @@ TEST_F(Export, AGlbHasTheRunsPosesAsKeys) {
   EXPECT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"].size(), 1u);
 }
 
-TEST_F(Export, EqualBodiesShareAMesh) {
-  ASSERT_EQ(run({"export", scene("box_pyramid.gltf"), "--duration", "0", "--output", "p.glb"}).exit_code, 0);
+TEST_F(Export, SharesMeshesOfEqualBodies) {
+  printed("export $S/box_pyramid.gltf --duration 0 --output p.glb");
   const Glb glb = read("p.glb");
   EXPECT_GT(glb.json["nodes"].size(), 50u);
   EXPECT_LT(glb.json["meshes"].size(), 12u);
   EXPECT_FALSE(glb.json.contains("animations"));
-  expect_refused({"export", scene("pendulum.gltf"), "--output", "p.obj"},
-                 "p.obj: give a name that ends in .glb");
-  expect_refused({"export", scene("pendulum.gltf"), "--output", "missing/p.glb"},
-                 "there is no folder missing");
+  refuses("export $S/pendulum.gltf --output p.obj", "p.obj: give a name that ends in .glb");
+  refuses("export $S/pendulum.gltf --output missing/p.glb", "there is no folder missing");
 }
 
-TEST_F(Export, AMaterialSaysAllThatItSaidInTheScene) {
+TEST_F(Export, KeepsMaterialsAndLights) {
   write("tile.gltf", textured_square());
-  ASSERT_EQ(run({"export", "tile.gltf", "--duration", "0", "--output", "again.glb"}).exit_code, 0);
+  printed("export tile.gltf --duration 0 --output again.glb");
   const Glb glb = read("again.glb");
+  // Returns true where a value has all that the other has.
+  const auto has = [](const Json& json, const char* part) {
+    Json merged = json;
+    merged.merge_patch(Json::parse(part));
+    return merged == json;
+  };
   ASSERT_EQ(glb.json["images"].size(), 1u);
   ASSERT_EQ(glb.json["textures"].size(), 1u);
-  const Json& sampler = glb.json["samplers"][0];
-  EXPECT_EQ(sampler["wrapS"], 33071);
-  EXPECT_EQ(sampler["wrapT"], 33648);
-  EXPECT_EQ(sampler["magFilter"], 9728);
-  EXPECT_EQ(sampler["minFilter"], 9986);
-  const Json* found = nullptr;
-  for (const Json& material : glb.json["materials"]) {
-    if (material.contains("alphaMode")) found = &material;
-  }
-  ASSERT_NE(found, nullptr);
-  EXPECT_EQ((*found)["alphaMode"], "MASK");
-  EXPECT_EQ((*found)["alphaCutoff"], 0.25);
-  EXPECT_EQ((*found)["doubleSided"], false);
-  EXPECT_EQ((*found)["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"], 2.0);
+  EXPECT_TRUE(has(glb.json["samplers"][0],
+                  R"({"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9986})"));
+  const Json& materials = glb.json["materials"];
+  const auto found = std::ranges::find_if(materials, [](const Json& m) { return m.contains("alphaMode"); });
+  ASSERT_NE(found, materials.end());
+  EXPECT_TRUE(has(*found, R"({"alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": false,
+                              "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2.0}}})"))
+      << *found;
   const Json& color = (*found)["pbrMetallicRoughness"]["baseColorTexture"];
   const Json& transform = color["extensions"]["KHR_texture_transform"];
   EXPECT_EQ(color["texCoord"], 0);
@@ -167,42 +160,33 @@ TEST_F(Export, AMaterialSaysAllThatItSaidInTheScene) {
   EXPECT_NEAR(transform["scale"][0], 2, 1e-12);
   EXPECT_NEAR(transform["scale"][1], -0.5, 1e-12);
   EXPECT_EQ(transform["offset"], Json({0.1, 0.7}));
+  const Json& lights = glb.json["extensions"]["KHR_lights_punctual"]["lights"];
+  ASSERT_EQ(lights.size(), 1u);
+  EXPECT_EQ(lights[0]["type"], "spot");
   for (const char* const extension :
-       {"KHR_texture_transform", "KHR_materials_emissive_strength", "KHR_lights_punctual"}) {
+       {"KHR_texture_transform", "KHR_materials_emissive_strength", "KHR_lights_punctual"})
     EXPECT_THAT(glb.json["extensionsUsed"], testing::Contains(extension));
-  }
-  ASSERT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"].size(), 1u);
-  EXPECT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"][0]["type"], "spot");
 }
 
 using Player = Program;
 
 TEST_F(Player, IsOneFileThatNamesNoOther) {
-  const std::vector<std::string> words{"player",  scene("rod_chain.gltf"), "--duration", "0.2",
-                                       "--title", "</script><a>",          "--output",   "a.html"};
-  const Outcome outcome = run(words);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("wrote a.html"));
+  const std::string words = "player $S/rod_chain.gltf --duration 0.2 --title '</script><a>' --output a.html";
+  expect(words, 0, {"wrote a.html"});
   EXPECT_EQ(files(), std::vector<std::string>{"a.html"});
   const std::string page = content("a.html");
-  EXPECT_THAT(page, HasSubstr("<h1>&lt;/script&gt;&lt;a&gt;</h1>"));
-  EXPECT_THAT(page, HasSubstr("\"name\":\"Reference\""));
-  for (const char* const never : {"://", "</script><a>", "{{", "src=", "href=\""}) {
-    EXPECT_EQ(page.find(never), std::string::npos) << never;
-  }
-  ASSERT_EQ(run(words).exit_code, 0);
+  expect_content("a.html", {"<h1>&lt;/script&gt;&lt;a&gt;</h1>", "\"name\":\"Reference\""},
+                 {"://", "</script><a>", "{{", "src=", "href=\""});
+  printed(words);
   EXPECT_EQ(content("a.html"), page);
 }
 
-TEST_F(Player, SixPanelsOfFiveSecondsAreSmall) {
-  std::vector<std::string> words{"player",         scene("dominoes.gltf"), "--output", "a.html",
-                                 "--no-reference", "--duration",           "5"};
-  for (const char* const n : {"1", "2", "3", "4", "5", "6"}) {
-    words.insert(words.end(), {"--panel", std::string("a5,n=") + n});
-  }
-  ASSERT_EQ(run(words).exit_code, 0);
-  EXPECT_LT(content("a.html").size(),
-            1'000'000u);  // measured 460 kB; the largest scene, box_pyramid, has 2.6 MB
+TEST_F(Player, KeepsSixPanelsOfFiveSecondsSmall) {
+  printed(
+      "player $S/dominoes.gltf --output a.html --no-reference --duration 5 --panel a5,n=1 --panel a5,n=2 "
+      "--panel a5,n=3 --panel a5,n=4 --panel a5,n=5 --panel a5,n=6");
+  // Measured 460 kB; the largest scene, box_pyramid, has 2.6 MB.
+  EXPECT_LT(content("a.html").size(), 1'000'000u);
 }
 
 class Site : public Program {
@@ -212,11 +196,9 @@ class Site : public Program {
     std::filesystem::copy_file(scene(from), folder() / to);
   }
 
-  Outcome make(std::vector<std::string> scenes) const {
-    scenes.insert(scenes.begin(), "player");
-    scenes.insert(scenes.end(), {"--panel", "a5", "--duration", "0.1", "--reference-substeps", "2", "--title",
-                                 "a <site>", "--output", "site"});
-    return run(scenes);
+  Outcome make(const std::string& scenes) const {
+    return shell("player " + scenes +
+                 " --panel a5 --duration 0.1 --reference-substeps 2 --title 'a <site>' --output site");
   }
 };
 
@@ -227,7 +209,7 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
         "# A <b>pendulum</b>\n\nSee [the chain](chain.md), [its code](../sim/a5_havok.cpp), "
         "[bad](javascript:alert(1)).\n\n<!-- a note -->\n| a | b |\n|---|---|\n| <script>x</script> | 2 |\n");
   write("bad.gltf", "{}");
-  const Outcome outcome = make({"a b&c.gltf", "bad.gltf", "chain.gltf"});
+  const Outcome outcome = make("'a b&c.gltf' bad.gltf chain.gltf");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("substep: bad.gltf: "));
   EXPECT_THAT(outcome.err, HasSubstr("1 scenes could not be shown"));
@@ -235,32 +217,25 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
   EXPECT_THAT(files(),
               testing::IsSupersetOf({"site/index.html", "site/a b&c/index.html", "site/a b&c/player.html",
                                      "site/a b&c/poster.png", "site/chain/index.html"}));
-  const std::string index = content("site/index.html");
-  EXPECT_THAT(index, HasSubstr("<h1>a &lt;site&gt;</h1>"));
-  EXPECT_THAT(index, HasSubstr("<a href=\"a%20b%26c/index.html\">"));
-  EXPECT_THAT(index, HasSubstr("A &lt;b&gt;pendulum&lt;/b&gt;"));
-  const std::string page = content("site/a b&c/index.html");
-  EXPECT_THAT(page, HasSubstr("<a href=\"../chain/index.html\">the chain</a>"));
-  EXPECT_THAT(page, HasSubstr("<a>its code</a>"));
-  EXPECT_THAT(page, HasSubstr("<td>&lt;script&gt;x&lt;/script&gt;</td>"));
-  EXPECT_THAT(page, HasSubstr(">A5  n=10 m=1 "));
-  for (const char* const never : {"javascript:", "a note", "<script>"}) {
-    EXPECT_EQ(page.find(never), std::string::npos) << never;
-  }
+  expect_content("site/index.html", {"<h1>a &lt;site&gt;</h1>", "<a href=\"a%20b%26c/index.html\">",
+                                     "A &lt;b&gt;pendulum&lt;/b&gt;"});
+  expect_content("site/a b&c/index.html",
+                 {"<a href=\"../chain/index.html\">the chain</a>", "<a>its code</a>",
+                  "<td>&lt;script&gt;x&lt;/script&gt;</td>", ">A5  n=10 m=1 "},
+                 {"javascript:", "a note", "<script>"});
 }
 
-TEST_F(Site, IsWrittenOverItselfAndOverNothingElse) {
+TEST_F(Site, OverwritesItselfAndNothingElse) {
   copy("pendulum.gltf", "a.gltf");
   std::filesystem::create_directory(folder() / "site");
   write("site/mine.txt", "mine");
-  EXPECT_THAT(make({"a.gltf"}).err, HasSubstr("site: holds what is no site of 'substep player'"));
+  EXPECT_THAT(make("a.gltf").err, HasSubstr("site: holds what is no site of 'substep player'"));
   std::filesystem::remove(folder() / "site/mine.txt");
-  EXPECT_EQ(make({"a.gltf"}).exit_code, 0);
+  EXPECT_EQ(make("a.gltf").exit_code, 0);
   write("site/a/old.txt", "of an earlier version");
-  EXPECT_EQ(make({"a.gltf"}).exit_code, 0);
-  EXPECT_THAT(files(), testing::Not(testing::Contains("site/a/old.txt")));
-  EXPECT_THAT(make({"a.gltf", scene("pendulum.gltf"), "a.gltf"}).err,
-              HasSubstr("another scene has the name a"));
+  EXPECT_EQ(make("a.gltf").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder() / "site/a/old.txt"));
+  EXPECT_THAT(make("a.gltf $S/pendulum.gltf a.gltf").err, HasSubstr("another scene has the name a"));
 }
 
 }  // namespace

@@ -19,63 +19,43 @@ class GoldenCommands : public Program {
           "[[case]]\nscene = \"pendulum.gltf\"\nalgorithms = [\"a3\"]\n");
   }
 
-  Outcome check() const { return run({"check", "--suite", "suite.toml", "--output", "checked"}); }
+  Outcome check(int exit_code, const std::vector<std::string>& out) const {
+    return expect("check --suite suite.toml --output checked", exit_code, out);
+  }
 };
 
 TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
-  const Outcome fresh = check();
-  EXPECT_EQ(fresh.exit_code, 1) << fresh.err;
-  EXPECT_THAT(fresh.out, HasSubstr("pendulum.a3"));
-  const Outcome approved = run({"approve", "pendulum.a3", "--reason", "the first goldens", "--suite",
-                                "suite.toml", "--output", "checked"});
-  ASSERT_EQ(approved.exit_code, 0) << approved.err;
+  check(1, {"pendulum.a3"});
+  printed("approve pendulum.a3 --reason 'the first goldens' --suite suite.toml --output checked");
   EXPECT_TRUE(std::filesystem::exists(folder() / "poses/pendulum/a3.poses"));
   EXPECT_TRUE(std::filesystem::exists(folder() / "images/pendulum/a3.f0010.png"));
-  EXPECT_EQ(check().exit_code, 0);
-
-  const Outcome same = run({"diff", "poses/pendulum/a3.poses", "poses/pendulum/a3.poses"});
-  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_THAT(check(0, {}).out, testing::Not(HasSubstr("note")));
+  printed("diff poses/pendulum/a3.poses poses/pendulum/a3.poses");
 
   // A heavier step changes the poses: the check says which case and what.
-  write("suite.toml", content("suite.toml") + "settings = { substeps = 3 }\n");
-  const Outcome changed = check();
-  EXPECT_EQ(changed.exit_code, 1) << changed.err;
-  EXPECT_THAT(changed.out, HasSubstr("pendulum.a3"));
-  EXPECT_THAT(changed.out, HasSubstr("changed"));
-  const std::string page = content("checked/pendulum.a3/player.html");
-  for (const char* const part : {"\"method\":\"the golden run\"", "\"as it runs now\"", "3 sub-steps"}) {
-    EXPECT_THAT(page, HasSubstr(part));
-  }
-}
+  const std::string suite = content("suite.toml");
+  write("suite.toml", suite + "settings = { substeps = 3 }\n");
+  check(1, {"pendulum.a3", "changed"});
+  expect_content("checked/pendulum.a3/player.html",
+                 {"\"method\":\"the golden run\"", "\"as it runs now\"", "3 sub-steps"});
 
-TEST_F(GoldenCommands, CheckFailsWhereAGoldenIsNotTheApprovedOne) {
-  check();
-  ASSERT_EQ(
-      run({"approve", "--failed", "--reason", "the first", "--suite", "suite.toml", "--output", "checked"})
-          .exit_code,
-      0);
-  EXPECT_THAT(check().out, testing::Not(HasSubstr("note")));
+  // A golden that nobody approved fails.
+  write("suite.toml", suite);
   std::string log = content("poses/pendulum/a3.poses");
   const std::size_t header = log.find("substeps 10\n");
   ASSERT_NE(header, std::string::npos);
   write("poses/pendulum/a3.poses", log.replace(header, 12, "substeps 11\n"));
-  const Outcome outcome = check();
-  EXPECT_EQ(outcome.exit_code, 1) << outcome.out;
-  EXPECT_THAT(outcome.out,
-              HasSubstr("failed pendulum.a3: golden edited: a3.poses is not what was approved\n"));
+  check(1, {"failed pendulum.a3: golden edited: a3.poses is not what was approved\n"});
 }
 
-TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"check", "--suite", "nothing.toml"},
-        {"check", "--suite", "suite.toml", "--case", "pendulum.a9"}}) {
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.err, testing::HasSubstr(words.back()));
+TEST_F(GoldenCommands, RefuseMissingSuiteOrCase) {
+  for (const auto& [words, part] : {std::pair("check --suite nothing.toml", "nothing.toml"),
+                                    {"check --suite suite.toml --case pendulum.a9", "pendulum.a9"}}) {
+    expect(words, 2, {}, {part});
     // CI reads it: there was no check.
-    EXPECT_THAT(content("out/check/junit.xml"), testing::HasSubstr("errors=\"1\""));
+    EXPECT_THAT(content("out/check/junit.xml"), HasSubstr("errors=\"1\""));
   }
-  expect_refused({"approve", "pendulum.a3", "--reason", "none", "--suite", "suite.toml"}, "out/check");
+  refuses("approve pendulum.a3 --reason none --suite suite.toml", "out/check");
 }
 
 }  // namespace

@@ -3,12 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "program.h"
+#include "sim/log/file_output.h"
 #include "tests/folders.h"
 
 namespace substep {
@@ -23,18 +22,17 @@ class InfoCommand : public Program {
   }
 };
 
-TEST_F(InfoCommand, SaysWhatASceneContains) {
-  const Outcome outcome = run({"info", scene("rod_chain.gltf")});
-  EXPECT_EQ(outcome.exit_code, 0);
+TEST_F(InfoCommand, PrintsSceneAndWhatIsModelled) {
+  const Outcome outcome = expect("info $S/rod_chain.gltf", 0, {"rod_chain: ", "modelled: ", "\njoints:\n"});
   EXPECT_EQ(outcome.err, "");
-  EXPECT_THAT(outcome.out, HasSubstr("rod_chain: "));
-  EXPECT_THAT(outcome.out, HasSubstr("modelled: "));
-  EXPECT_THAT(outcome.out, HasSubstr("\njoints:\n"));
+  EXPECT_THAT(outcome.out, testing::Not(HasSubstr(" parts: ")));
+  // Taut joints divide a step.
+  expect("info $S/heavy_chain.gltf", 0, {"\nA1 and A2 take each step in 8 parts: forces of joints "});
 }
 
-TEST_F(InfoCommand, SaysWhyAScenesSubstepsAreNotThoseOfMost) {
-  const auto words = [&](const char* name) {
-    const std::string out = run({"info", scene(name)}).out;
+TEST_F(InfoCommand, ExplainsSubsteps) {
+  const auto words = [&](const std::string& name) {
+    const std::string out = printed("info $S/" + name);
     const std::size_t start = out.find("\nby default: ");
     return out.substr(start, out.find('\n', start + 1) - start);
   };
@@ -44,12 +42,6 @@ TEST_F(InfoCommand, SaysWhyAScenesSubstepsAreNotThoseOfMost) {
   EXPECT_THAT(words("ragdoll.gltf"), HasSubstr(" n=32 "));
   EXPECT_THAT(words("ragdoll.gltf"), testing::EndsWith("; n as its file says"));
   EXPECT_THAT(words("box_stack.gltf"), testing::Not(HasSubstr(";")));
-}
-
-TEST_F(InfoCommand, SaysHowManyPartsTautJointsNeed) {
-  EXPECT_THAT(run({"info", scene("heavy_chain.gltf")}).out,
-              HasSubstr("\nA1 and A2 take each step in 8 parts: forces of joints "));
-  EXPECT_THAT(run({"info", scene("rod_chain.gltf")}).out, testing::Not(HasSubstr(" parts: ")));
 }
 
 TEST_F(InfoCommand, GivesTheSameAsJson) {
@@ -68,27 +60,23 @@ TEST_F(InfoCommand, GivesTheSameAsJson) {
 
 /// The whole scene of the page on the format.
 std::string scene_of_page() {
-  std::ifstream file(std::string(test::source_folder) + "/scenes/format.md");
-  const std::string page(std::istreambuf_iterator<char>(file), {});
+  const std::string page = content_of(std::string(test::source_folder) + "/scenes/format.md").value();
   const std::size_t begin = page.find("```json\n", page.find("<!-- scene -->")) + 8;
   return page.substr(begin, page.find("```", begin) - begin);
 }
 
 TEST_F(InfoCommand, ScenesFormatPageBeginsWithASceneThatRuns) {
   write("arm.gltf", scene_of_page());
-  const Outcome info = run({"info", "arm.gltf"});
-  EXPECT_EQ(info.exit_code, 0) << info.err;
+  const Outcome info =
+      expect("info arm.gltf", 0,
+             {"2 bodies, 1 joint", "friction 0.6 / 0.6 (not stated), restitution 0 (not stated)"});
   EXPECT_EQ(info.err, "");
-  EXPECT_THAT(info.out, HasSubstr("2 bodies, 1 joint"));
-  EXPECT_THAT(info.out, HasSubstr("friction 0.6 / 0.6 (not stated), restitution 0 (not stated)"));
-  const Outcome made = run({"run", "arm.gltf", "--csv", "arm.csv"});
-  EXPECT_EQ(made.exit_code, 0) << made.err;
-  EXPECT_EQ(made.err, "");
-  // It lies on the ground at its end: half its thickness above.
-  const std::string table = content("arm.csv");
-  const std::string last = table.substr(table.rfind(",arm,") == std::string::npos ? 0 : table.rfind(",arm,"));
-  EXPECT_NEAR(std::stod(last.substr(last.find(',', 5) + 1)), 0.1, 0.01) << last;
-  EXPECT_EQ(run({"video", "arm.gltf", "--panel", "a5", "--end", "0.1", "--size", "320x180"}).exit_code, 0);
+  EXPECT_EQ(expect("run arm.gltf --csv arm.csv", 0, {}).err, "");
+  // The arm lies on the ground at its end: half its thickness above.
+  auto rows = table("arm.csv");
+  std::erase_if(rows, [](const std::vector<std::string>& row) { return row.at(1) != "arm"; });
+  EXPECT_NEAR(std::stod(rows.back().at(3)), 0.1, 0.01);
+  printed("video arm.gltf --panel a5 --end 0.1 --size 320x180");
 }
 
 TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
@@ -96,7 +84,7 @@ TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
     std::string text = scene_of_page();
     text.replace(text.find(from), from.size(), to);
     write("changed.gltf", text);
-    return run({"run", "changed.gltf", "--duration", "0"}).err;
+    return shell("run changed.gltf --duration 0").err;
   };
   EXPECT_THAT(note_on("\"duration\": 3", "\"gravity\": [0, 0, -9.81]"), HasSubstr("/gravity: is along z"));
   EXPECT_EQ(note_on("\"duration\": 3", "\"gravity\": [0, 0, 0]"), "");
@@ -111,30 +99,25 @@ TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
                       "},\n    { \"name\": "
                       "\"elbow on the arm\" },"),
               HasSubstr("/mass: 0 is infinite, so the body floats"));
-  EXPECT_THAT(run({"run", scene("pendulum.gltf"), "--step", "1", "--duration", "1"}).err,
+  EXPECT_THAT(shell("run $S/pendulum.gltf --step 1 --duration 1").err,
               HasSubstr("--step 1 is a step of 1 s"));
-  expect_refused({"run", scene("pendulum.gltf"), "--step", "60"}, "--step 60: is a step of 60 s");
+  refuses("run $S/pendulum.gltf --step 60", "--step 60: is a step of 60 s");
 }
 
 TEST_F(InfoCommand, WhatCannotBeUsedIsRefused) {
-  expect_refused({"info"}, "scene");
-  expect_refused({"info", "missing.gltf"}, "missing.gltf: there is no such file");
-  expect_refused({"info", scene("rod_chain.gltf"), "--copies", "3"}, "rod_chain.gltf: is a scene");
+  refuses("info", "scene");
+  refuses("info missing.gltf", "missing.gltf: there is no such file");
+  refuses("info $S/rod_chain.gltf --copies 3", "rod_chain.gltf: is a scene");
   expect_refused({"info", mesh("gear.stl"), "--copies", "0"}, "the copies must be from 1");
   expect_refused({"info", mesh("gear.stl"), "--rotate", "1,2"}, "--rotate");
 }
 
-TEST_F(InfoCommand, AMeshRunsDirectlyAndItsLogIsDrawnWithTheSameOptions) {
-  const Outcome made =
-      run({"run", mesh("dodecahedron.ply"), "--duration", "0.1", "--copies", "2", "--output", "two.poses"});
-  EXPECT_EQ(made.exit_code, 0) << made.err;
-  const std::vector<std::string> draw{"render", "two.poses", "--scene", mesh("dodecahedron.ply"),
-                                      "--size", "64x36"};
-  EXPECT_THAT(run(draw).err, HasSubstr("another version"));
-  std::vector<std::string> same = draw;
-  same.insert(same.end(), {"--copies", "2", "--output", "two.png"});
-  const Outcome drawn = run(same);
-  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+TEST_F(InfoCommand, RunsMeshAndDrawsItsLogWithTheSameOptions) {
+  const std::string ball = quoted(mesh("dodecahedron.ply"));
+  printed("run " + ball + " --duration 0.1 --copies 2 --output two.poses");
+  const std::string draw = "render two.poses --size 64x36 --scene " + ball;
+  EXPECT_THAT(shell(draw).err, HasSubstr("another version"));
+  printed(draw + " --copies 2 --output two.png");
 }
 
 }  // namespace

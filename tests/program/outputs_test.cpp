@@ -1,5 +1,4 @@
-// What a command writes arrives whole, or the code says that it did not; nothing else is touched, and nothing
-// is left.
+// A command writes its output whole, or ends with an error; it touches and leaves no other file.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -16,41 +15,24 @@
 #include <vector>
 
 #include "program.h"
+#include "sim/log/file_output.h"
 #include "sim/math/base64.h"
-#include "tests/folders.h"
 
 namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using Outputs = Program;
 
-class Outputs : public Program {
- protected:
-  std::string pendulum() const { return scene("pendulum.gltf"); }
-
-  /// The shell's view of `substep` with these words, in folder().
-  Outcome shell(const std::string& words) const {
-    return run_command(
-        fmt::format("cd {} && {} {}", quoted(folder().string()), quoted(SUBSTEP_PROGRAM), words));
-  }
-};
-
-TEST_F(Outputs, WhatStandardOutputDoesNotTakeIsAnError) {
-  ASSERT_EQ(run({"run", pendulum(), "--output", "a.txt"}).exit_code, 0);
-  const std::string suite = quoted(std::string(test::source_folder) + "/golden");
-  for (const std::string& words :
-       {std::string("--help"), "info " + quoted(pendulum()), "info --json " + quoted(pendulum()),
-        std::string("diff a.txt a.txt"), "run --output b.txt " + quoted(pendulum()),
-        "measure --duration 0.1 " + quoted(pendulum()),
-        "check --case pendulum.a5 --output check --suite " + suite}) {
-    const Outcome full = shell(words + " > /dev/full");
-    EXPECT_EQ(full.exit_code, 2) << words;
-    EXPECT_THAT(full.err, HasSubstr("standard output")) << words;
+TEST_F(Outputs, LostStandardOutputIsAnError) {
+  printed("run $S/pendulum.gltf --output a.txt");
+  for (const std::string words :
+       {"--help", "info $S/pendulum.gltf", "info --json $S/pendulum.gltf", "diff a.txt a.txt",
+        "run --output b.txt $S/pendulum.gltf", "measure --duration 0.1 $S/pendulum.gltf",
+        "check --case pendulum.a5 --output check --suite $S/../golden"}) {
+    const Outcome full = expect(words + " > /dev/full", 2, {}, {"standard output"});
     EXPECT_EQ(std::ranges::count(full.err, '\n'), 1) << full.err;
-    const Outcome closed = shell(words + " >&-");
-    EXPECT_EQ(closed.exit_code, 2) << words;
-    EXPECT_THAT(closed.err, HasSubstr("standard output")) << words;
+    expect(words + " >&-", 2, {}, {"standard output"});
   }
   // No file took the number of the closed stream: the log holds no word of what was said.
   EXPECT_EQ(content("b.txt"), content("a.txt"));
@@ -58,27 +40,24 @@ TEST_F(Outputs, WhatStandardOutputDoesNotTakeIsAnError) {
 
 TEST_F(Outputs, AreNeitherInputsNorEachOther) {
   const fs::path copy = folder() / "pendulum.gltf";
-  fs::copy_file(pendulum(), copy);
+  fs::copy_file(scene("pendulum.gltf"), copy);
   fs::create_hard_link(copy, folder() / "same.gltf");
   fs::create_symlink("pendulum.gltf", folder() / "link.txt");
   const std::string before = content("pendulum.gltf");
-  for (const char* const output : {"pendulum.gltf", "./pendulum.gltf", "same.gltf", "link.txt"}) {
-    for (const char* const command : {"run", "measure", "video"}) {
-      expect_refused({command, "pendulum.gltf", "--output", output}, "is what the scene is read from");
-    }
-    expect_refused({"render", "--layout", "sheet", "pendulum.gltf", "--output", output}, "is a scene");
+  for (const std::string output : {"pendulum.gltf", "./pendulum.gltf", "same.gltf", "link.txt"}) {
+    for (const std::string command : {"run", "measure", "video"})
+      refuses(command + " pendulum.gltf --output " + output, "is what the scene is read from");
+    refuses("render --layout sheet pendulum.gltf --output " + output, "is a scene");
   }
-  expect_refused({"run", "pendulum.gltf", "--output", "x", "--csv", "./x"},
-                 "--output and --csv are one file");
-  expect_refused({"video", "pendulum.gltf", "--output", "x.mp4", "--poster", "x.mp4"},
-                 "--output and --poster are one file");
+  refuses("run pendulum.gltf --output x --csv ./x", "--output and --csv are one file");
+  refuses("video pendulum.gltf --output x.mp4 --poster x.mp4", "--output and --poster are one file");
   EXPECT_EQ(content("pendulum.gltf"), before);
   // Nothing is lost in a device.
-  EXPECT_EQ(run({"run", "pendulum.gltf", "--output", "/dev/null", "--csv", "/dev/null"}).exit_code, 0);
+  printed("run pendulum.gltf --output /dev/null --csv /dev/null");
 }
 
-TEST_F(Outputs, ABufferOfTheSceneIsAnInput) {
-  fs::copy_file(pendulum(), folder() / "pendulum.gltf");
+TEST_F(Outputs, TreatSceneBufferAsInput) {
+  fs::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
   std::string text = content("pendulum.gltf");
   const std::size_t uri = text.find("data:");
   ASSERT_NE(uri, std::string::npos);
@@ -87,10 +66,10 @@ TEST_F(Outputs, ABufferOfTheSceneIsAnInput) {
   std::optional<char> stranger;
   write("shape.bin", base64_decoded(text.substr(data, end - data), stranger));
   write("pendulum.gltf", text.replace(uri, end - uri, "shape.bin"));
-  expect_refused({"run", "pendulum.gltf", "--output", "shape.bin"}, "is what the scene is read from");
+  refuses("run pendulum.gltf --output shape.bin", "is what the scene is read from");
 }
 
-TEST_F(Outputs, WhatAKilledRunLeftGoesWithTheNextOne) {
+TEST_F(Outputs, RemoveFilesOfKilledRun) {
   write(".a.txt.12345-0.partial", "of a run that was killed");
   fs::create_directory(folder() / ".frames.12345-0.partial");
   write(".frames.12345-0.partial/frame_0000.png", "x");
@@ -99,22 +78,19 @@ TEST_F(Outputs, WhatAKilledRunLeftGoesWithTheNextOne) {
   write(".a.txt.notes.partial", "no name that a run gives");
   const int held = open((folder() / ".a.txt.12346-0.partial").c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_EQ(flock(held, LOCK_EX), 0);
-  ASSERT_EQ(run({"run", pendulum(), "--output", "a.txt"}).exit_code, 0);
-  ASSERT_EQ(
-      run({"video", pendulum(), "--duration", "0.1", "--size", "320x180", "--frames", "frames"}).exit_code,
-      0);
+  printed("run $S/pendulum.gltf --output a.txt");
+  printed("video $S/pendulum.gltf --duration 0.1 --size 320x180 --frames frames");
   close(held);
-  const std::vector<std::string> left = files();
-  EXPECT_THAT(left, testing::Not(testing::Contains(".a.txt.12345-0.partial")));
-  EXPECT_THAT(left, testing::Not(testing::Contains(".frames.12345-0.partial")));
-  for (const char* const name :
-       {".a.txt.12346-0.partial", ".b.txt.12345-0.partial", ".a.txt.notes.partial"}) {
-    EXPECT_THAT(left, testing::Contains(name));
-  }
+  for (const auto& [name, is_left] : {std::pair(".a.txt.12345-0.partial", false),
+                                      {".frames.12345-0.partial", false},
+                                      {".a.txt.12346-0.partial", true},
+                                      {".b.txt.12345-0.partial", true},
+                                      {".a.txt.notes.partial", true}})
+    EXPECT_EQ(fs::exists(folder() / name), is_left) << name;
 }
 
-TEST_F(Outputs, ALongRunTakesNoMoreMemoryThanAShortOne) {
-  const std::string scene = pendulum();
+TEST_F(Outputs, NeedNoMemoryOfLongRuns) {
+  const std::string scene = this->scene("pendulum.gltf");
   const std::string log = (folder() / "a.txt").string();
   const std::string table = (folder() / "a.csv").string();
   const auto kilobytes = [&](const char* duration) {
@@ -134,33 +110,28 @@ TEST_F(Outputs, ALongRunTakesNoMoreMemoryThanAShortOne) {
   EXPECT_LT(kilobytes("100"), kilobytes("0.01") + 4000);
 }
 
-TEST_F(Outputs, ADifferentPoseUnderOneHashIsADifference) {
-  ASSERT_EQ(run({"run", pendulum(), "--duration", "0.5", "--output", "a.txt"}).exit_code, 0);
+TEST_F(Outputs, DifferInPosesUnderOneHash) {
+  printed("run $S/pendulum.gltf --duration 0.5 --output a.txt");
   std::string text = content("a.txt");
   const std::size_t pose = text.find("\npose 1 ", text.find("\nframe 7 ")) + 8;
   ASSERT_NE(pose, std::string::npos);
   const double x = std::stod(text.substr(pose));
   text.replace(pose, text.find(' ', pose) - pose, fmt::format("{}", x + 0.5));
   write("b.txt", text);
-  const Outcome outcome = run({"diff", "a.txt", "b.txt"});
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.out, HasSubstr("frame 7: other poses under one hash"));
-  EXPECT_THAT(outcome.out, HasSubstr("largest over all poses: 0.5 m"));
-  EXPECT_EQ(run({"diff", "a.txt", "a.txt"}).exit_code, 0);
+  expect("diff a.txt b.txt", 1, {"frame 7: other poses under one hash", "largest over all poses: 0.5 m"});
+  printed("diff a.txt a.txt");
 }
 
-TEST_F(Outputs, SmallNonsenseIsRefused) {
-  expect_refused({"diff", "/dev/zero", "/dev/zero"}, "this is no pose log");
-  expect_refused({"video", pendulum(), "--hold", "nan"}, "--hold nan");
-  expect_refused({"video", pendulum(), "--poster", "p.png", "--poster-time", "nan"}, "--poster-time nan");
-  const std::string mesh = std::string(test::source_folder) + "/tests/scene/meshes/knot.obj";
-  expect_refused({"run", mesh, "--height", "1e300"}, "the height must be from 0 to 100000 m");
-  fs::copy_file(pendulum(), folder() / "twice.gltf");
-  std::string text = content("twice.gltf");
+TEST_F(Outputs, RefuseNonsense) {
+  refuses("diff /dev/zero /dev/zero", "this is no pose log");
+  refuses("video $S/pendulum.gltf --hold nan", "--hold nan");
+  refuses("video $S/pendulum.gltf --poster p.png --poster-time nan", "--poster-time nan");
+  refuses("run $S/../tests/scene/meshes/knot.obj --height 1e300", "the height must be from 0 to 100000 m");
+  std::string text = content_of(scene("pendulum.gltf")).value();
   const std::size_t mass = text.find("\"mass\":");
   ASSERT_NE(mass, std::string::npos);
   write("twice.gltf", text.insert(mass, "\"mass\":7,"));
-  expect_refused({"run", "twice.gltf"}, "twice.gltf: the key 'mass' stands twice in one object");
+  refuses("run twice.gltf", "twice.gltf: the key 'mass' stands twice in one object");
 }
 
 }  // namespace

@@ -3,56 +3,39 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
-
 #include "program.h"
-#include "tests/folders.h"
+#include "sim/log/file_output.h"
 
 namespace substep {
 namespace {
 
-using testing::HasSubstr;
-
 class PoseTableCommands : public Program {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(run({"run", scene("incline.gltf"), "--csv", "rig.csv", "--output", "ours.poses.txt"}).exit_code,
-              0);
-  }
+  void SetUp() override { printed("run $S/incline.gltf --csv rig.csv --output ours.poses.txt"); }
 };
 
 TEST_F(PoseTableCommands, TableOfRunHasItsPoses) {
-  const Outcome diff = run({"diff", "ours.poses.txt", "rig.csv", "--scene", scene("incline.gltf")});
-  EXPECT_EQ(diff.exit_code, 1);
-  EXPECT_THAT(diff.out, HasSubstr("author:  → rig\n"));
-  EXPECT_THAT(diff.out, HasSubstr("largest over all poses: 0 m, "));
-  EXPECT_EQ(run({"diff", "rig.csv", "rig.csv", "--scene", scene("incline.gltf")}).exit_code, 0);
-  expect_refused({"diff", "rig.csv", "rig.csv"}, "name the table's scene with --scene FILE");
-  expect_refused({"export", "rig.csv"}, "name the table's scene with --scene FILE");
-  expect_refused({"export", "rig.csv", "--scene", scene("pendulum.gltf")},
-                 "rig.csv:2: pendulum has no body 'rubber_block': there are rod");
+  expect("diff ours.poses.txt rig.csv --scene $S/incline.gltf", 1,
+         {"author:  → rig\n", "largest over all poses: 0 m, "});
+  printed("diff rig.csv rig.csv --scene $S/incline.gltf");
+  refuses("diff rig.csv rig.csv", "name the table's scene with --scene FILE");
+  refuses("export rig.csv", "name the table's scene with --scene FILE");
+  refuses("export rig.csv --scene $S/pendulum.gltf",
+          "rig.csv:2: pendulum has no body 'rubber_block': there are rod");
 }
 
 TEST_F(PoseTableCommands, TableIsMeasuredAndFilmed) {
-  const Outcome measured = run({"measure", scene("incline.gltf"), "--run", "rig.csv"});
-  ASSERT_EQ(measured.exit_code, 0) << measured.err;
-  EXPECT_THAT(measured.out, HasSubstr("\nrig "));
-  EXPECT_THAT(measured.out, HasSubstr("Known figures: 3, all within tolerance."));
-  expect_refused({"measure", scene("incline.gltf"), "--run", "rig.csv", "--times", "2"}, "without --times");
-  const Outcome film = run({"player", scene("incline.gltf"), "--panel", "log:rig.csv", "--panel",
-                            "log:ours.poses.txt", "--output", "both.html"});
-  ASSERT_EQ(film.exit_code, 0) << film.err;
+  expect("measure $S/incline.gltf --run rig.csv", 0, {"\nrig ", "Known figures: 3, all within tolerance."});
+  refuses("measure $S/incline.gltf --run rig.csv --times 2", "without --times");
+  const std::string film =
+      printed("player $S/incline.gltf --panel log:rig.csv --panel log:ours.poses.txt --output both.html");
   // Both rows have the errors of the same poses.
   const auto errors_of = [&](const std::string& row) {
-    const std::string line = film.out.substr(film.out.find(row));
+    const std::string line = film.substr(film.find(row));
     return line.substr(line.find("µm") - 5, 24);
   };
   EXPECT_EQ(errors_of("rig  rig.csv"), errors_of("A3  ours.poses.txt"));
-  EXPECT_EQ(run({"render", "rig.csv", "--scene", scene("incline.gltf"), "--time", "1", "--size", "64x36"})
-                .exit_code,
-            0);
+  printed("render rig.csv --scene $S/incline.gltf --time 1 --size 64x36");
   EXPECT_FALSE(content("rig.f0060.png").empty());
 }
 
@@ -71,29 +54,22 @@ for t in (0, scene["duration"]):
         "[[panel]]\nshow = \"order-4\"\n"
         "[[panel]]\ncommand = [\"python3\", \"still.py\", \"{scene}\", \"{poses}\"]\n"
         "[[panel]]\ncommand = [\"python3\", \"-c\", \"exit('no motors')\", \"{poses}\"]\n");
-  const Outcome film = run({"player", scene("incline.gltf"), "--panels", "panels.toml", "--duration", "1",
-                            "--output", "film.html"});
-  ASSERT_EQ(film.exit_code, 0) << film.err;
-  EXPECT_THAT(film.out, HasSubstr("not simulated: it has contacts: its motion is not smooth"));
-  EXPECT_THAT(film.out, HasSubstr("not simulated: python3 ended with exit code 1: no motors"));
+  const Outcome film =
+      expect("player $S/incline.gltf --panels panels.toml --duration 1 --output film.html", 0,
+             {"not simulated: it has contacts: its motion is not smooth",
+              "not simulated: python3 ended with exit code 1: no motors"});
   // Blocks that do not slide fall behind by decimetres.
   EXPECT_THAT(film.out, testing::ContainsRegex("\nstill .* [0-9]+ mm +[0-9]+ mm "));
-  EXPECT_THAT(content("film.html"), HasSubstr("not simulated: it has contacts"));
-}
-
-/// Returns the block of Python of the page about formats.
-std::string python_of_page() {
-  std::ifstream stream(std::string(test::source_folder) + "/scenes/format.md");
-  const std::string page(std::istreambuf_iterator<char>(stream), {});
-  const std::size_t begin = page.find("```python\n", page.find("<!-- writer -->")) + 10;
-  return page.substr(begin, page.find("```", begin) - begin);
+  expect_content("film.html", {"not simulated: it has contacts"});
 }
 
 TEST_F(PoseTableCommands, PythonOfPageWritesTable) {
-  write("writer.py", python_of_page());
-  ASSERT_EQ(std::system(("cd '" + folder().string() + "' && python3 writer.py").c_str()), 0);
+  const std::string page = content_of(scene("format.md")).value();
+  const std::size_t begin = page.find("```python\n", page.find("<!-- writer -->")) + 10;
+  write("writer.py", page.substr(begin, page.find("```", begin) - begin));
+  ASSERT_EQ(run_command("cd " + quoted(folder().string()) + " && python3 writer.py").exit_code, 0);
   write("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no ball\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  EXPECT_THAT(run({"export", "fall.csv", "--scene", "ball.obj"}).out, HasSubstr("wrote fall.glb: 61 frames"));
+  expect("export fall.csv --scene ball.obj", 0, {"wrote fall.glb: 61 frames"});
 }
 
 }  // namespace

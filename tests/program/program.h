@@ -22,13 +22,26 @@ class Program : public testing::Test {
 
   /// Runs `substep` with these arguments in folder(). With an empty `path` no program is found in PATH.
   Outcome run(const std::vector<std::string>& arguments, const std::string& path = system_path()) const;
+  /// Runs `substep` with the words of a shell's command line; $S is the folder of the repository's scenes.
+  Outcome shell(const std::string& words, const std::string& path = system_path()) const;
+  /// Runs likewise, and expects an exit code and texts on both streams.
+  Outcome expect(const std::string& words, int exit_code, const std::vector<std::string>& out,
+                 const std::vector<std::string>& err = {}) const;
+  /// Runs likewise, expects exit code 0 and returns what is printed.
+  std::string printed(const std::string& words) const;
 
   /// Expects exit code 2, one line on stderr that holds `part`, nothing on stdout, and no new file.
   void expect_refused(const std::vector<std::string>& arguments, const std::string& part) const;
+  void refuses(const std::string& words, const std::string& part) const;
 
   /// Writes a file in folder().
   void write(const std::string& name, const std::string& content) const;
   std::string content(const std::string& name) const;
+  /// Expects texts in a file in folder(), and others that it does not hold.
+  void expect_content(const std::string& name, const std::vector<std::string>& parts,
+                      const std::vector<std::string>& absent = {}) const;
+  /// Returns the lines of a CSV file in folder(), each as its fields.
+  std::vector<std::vector<std::string>> table(const std::string& name) const;
   std::vector<std::string> files() const;  ///< in folder(), with those in folders in it, sorted
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -39,7 +52,7 @@ class Program : public testing::Test {
   std::filesystem::path folder_;
 };
 
-/// Runs the program at `path` with these arguments.
+/// Runs a command line in a shell.
 Outcome run_command(const std::string& command);
 
 std::string quoted(const std::string& word);
