@@ -18,9 +18,7 @@
 #include <vector>
 
 #include "sim/constraints/formulate.h"
-#include "sim/descendants/avbd.h"
-#include "sim/descendants/carried_forces.h"
-#include "sim/descendants/soft_step.h"
+#include "sim/descendants/descendants.h"
 #include "sim/direct/direct_solver.h"
 #include "sim/direct/mlcp.h"
 #include "sim/model/settings.h"

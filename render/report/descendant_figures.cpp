@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "render/report/figures.h"
-#include "sim/descendants/soft_step.h"
+#include "sim/descendants/descendants.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/study/sweep_results.h"
 

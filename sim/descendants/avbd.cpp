@@ -1,4 +1,6 @@
-// AVBD: augmented vertex block descent. Not the report's: Giles, Diaz and Yuksel, 2025.
+// AVBD: augmented vertex block descent for rigid bodies. Neither the report's nor a descendant of its idea:
+// Chris Giles, Elie Diaz, Cem Yuksel, "Augmented Vertex Block Descent", ACM Transactions on Graphics 44(4),
+// 2025. Written from the paper.
 //
 // | step    | what                                                                        | in the paper       |
 // |---------|-----------------------------------------------------------------------------|--------------------|
@@ -13,7 +15,7 @@
 // still apart is not held back; bodies start from where they go without gravity; joints' angular rows have no
 // torque arm; nothing bounces. An iteration counts each row once, though three updates read it.
 
-#include "sim/descendants/avbd.h"
+#include "sim/descendants/descendants.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -33,11 +35,6 @@ constexpr double sticking_distance = 1e-5;       // m
 constexpr double least_inverse_inertia = 1e-30;  // of what does not turn, 1/(kg m²)
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// Returns J Δq.
-double change_of(const AvbdRow& row, const Velocity& a, const Velocity& b) {
-  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
-}
-
 /// Returns the rotation vector from one orientation to another, in their frame.
 Vector3 turn(const Quaternion& from, const Quaternion& to) {
   return rotation_vector(from.conjugate() * to);
@@ -55,9 +52,14 @@ double start_value(double value, bool is_one_sided, double alpha) {
 /// Returns a joint's row, formulated at the step's start, as a constraint.
 AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
                double penalty) {
-  AvbdRow result{
-      row.linear,       row.angular_a, row.angular_b, -h * row.beta, settings.alpha * gamma * force,
-      decayed(penalty), unlimited,     settings.beta, row.low / h,   row.high / h};
+  AvbdRow result{{row.linear, row.angular_a, row.angular_b},
+                 -h * row.beta,
+                 settings.alpha * gamma * force,
+                 decayed(penalty),
+                 unlimited,
+                 settings.beta,
+                 row.low / h,
+                 row.high / h};
   if (row.linear.isZero(0)) result.growth *= slower_growth;
   if (row.softness > 0) {  // λ h softness = β − J v: a spring and damper is as stiff as it is
     result.force = 0;
@@ -78,11 +80,9 @@ void add_contact(const Contact& contact, const Problem& problem, const std::vect
   work.blocks.push_back({contact.a, contact.b, static_cast<int>(work.rows.size()), 3, -1, contact.friction});
   const double displacement[3] = {0, contact.displacement_1, contact.displacement_2};
   for (int k = 0; k < 3; ++k) {
-    const Vector3& in_b = k == 0 ? contact.normal_b : k == 1 ? contact.tangent_b1 : contact.tangent_b2;
-    const Vector3 direction = rotation_b * in_b;
-    const double gap = k == 0 ? direction.dot(apart) + contact.gap_offset : displacement[k];
-    work.rows.push_back({direction, contact.arm_a.cross(rotation_a.transpose() * direction),
-                         in_b.cross(contact.arm_b), start_value(gap, k == 0, settings.alpha),
+    const Jacobian row = contact_jacobian(contact, problem, k);
+    const double gap = k == 0 ? row.linear.dot(apart) + contact.gap_offset : displacement[k];
+    work.rows.push_back({row, start_value(gap, k == 0, settings.alpha),
                          settings.alpha * gamma * contact.force[k], decayed(contact.stiffness[k]), unlimited,
                          settings.beta, k == 0 ? 0 : -unlimited, unlimited});
   }
@@ -118,14 +118,12 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   for (int k = 0; k < x.rows; ++k) {
     AvbdRow& row = work.rows[x.first + k];
     if (!is_followed) {
-      value[k] = row.value + change_of(row, work.displacement[x.a], work.displacement[x.b]);
+      value[k] = row.value + row.j.times(work.displacement[x.a], work.displacement[x.b]);
       continue;
     }
     // `value` is what the step leaves of C: (1 − α) C⁻ instead of C⁻
     const Row& now = c.rows[c.blocks[x.joint].first + k];
-    row.linear = now.linear;
-    row.angular_a = now.angular_a;
-    row.angular_b = now.angular_b;
+    row.j = {now.linear, now.angular_a, now.angular_b};
     value[k] = row.value - h * now.beta;
   }
   return value;
@@ -158,10 +156,10 @@ void stamp(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, con
   for (int k = 0; k < x.rows; ++k) {
     const AvbdRow& row = work.rows[x.first + k];
     Vector6 j;
-    j << sign * row.linear, (body == x.a ? row.angular_a : row.angular_b);
+    j << sign * row.j.linear, (body == x.a ? row.j.angular_a : row.j.angular_b);
     lhs += (row.penalty * j) * j.transpose();
     rhs += force[k] * j;
-    push += sign * force[k] * row.linear;
+    push += sign * force[k] * row.j.linear;
   }
   if (x.joint < 0 || problem.c.blocks[x.joint].kind != Block::Kind::lock) return;
   const Lock& lock = problem.model->locks[problem.c.blocks[x.joint].source];
@@ -173,18 +171,11 @@ void stamp(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, con
   for (int k = 0; k < 3; ++k) lhs(3 + k, 3 + k) += second.col(k).norm();
 }
 
-}  // namespace
-
-void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
-          Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried) {
+/// Makes the rows of joints and contacts, with the forces and penalties of the last step decayed. (19)
+void make_rows(const std::vector<Coordinates>& q, const Settings& settings, Problem& problem,
+               const std::vector<double>& start, AvbdWork& work) {
   const double h = settings.step;
-  const Model& model = *problem.model;
   Constraints& c = problem.c;
-  const std::size_t bodies = q.size();
-  const std::vector<Coordinates>& begin = problem.substeps.stepped;  // q when the step begins
-
-  // Decay the forces and penalties of the last step  // (19)
-  work.row_solves = 0;
   work.rows.clear();
   work.blocks.clear();
   const std::size_t most_contacts = problem.contacts->capacity();
@@ -192,7 +183,6 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
   work.blocks.reserve(c.blocks.size() + most_contacts);
   work.blocks_of.reserve(2 * work.blocks.capacity());
   work.sticks.reserve(work.blocks.capacity());
-  carried.contacts.reserve(most_contacts);
   problem.substeps.part = 1;
   formulate(problem, q, h);
   const bool is_known = start.size() == 2 * c.rows.size();
@@ -207,72 +197,74 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     }
   }
   for (const Contact& contact : *problem.contacts) add_contact(contact, problem, q, settings, work);
-  list_blocks(bodies, work);
+  list_blocks(q.size(), work);
   work.sticks.assign(work.blocks.size(), 0);
+}
 
-  // Predict the inertial coordinates  // (2)
-  work.displacement.resize(bodies);
+/// Moves the bodies to where they go without gravity, and computes the inertial coordinates. (2)
+void predict(double h, Problem& problem, std::vector<Coordinates>& q, std::vector<Velocity>& v,
+             AvbdWork& work) {
+  const std::vector<Coordinates>& begin = problem.substeps.stepped;  // q when the step begins
+  work.displacement.resize(q.size());
   set_zero(work.displacement);
   work.inertial = q;
-  for (std::size_t i = 1; i < bodies; ++i) {
-    q[i].linear += h * v_local[i].linear;
-    q[i].angular = compose(q[i].angular, rotation_quaternion(h * v_local[i].angular));
+  for (std::size_t i = 1; i < q.size(); ++i) {
+    q[i].linear += h * v[i].linear;
+    q[i].angular = compose(q[i].angular, rotation_quaternion(h * v[i].angular));
     problem.rotations[i] = q[i].angular.toRotationMatrix();
-    work.displacement[i] = {q[i].linear - begin[i].linear, h * v_local[i].angular};
+    work.displacement[i] = {q[i].linear - begin[i].linear, h * v[i].angular};
   }
-  add_external(problem, h, v_local);
-  step_coordinates(h, v_local, work.inertial);
+  add_external(problem, h, v);
+  step_coordinates(h, v, work.inertial);
+}
 
-  for (int iteration = 0; iteration < settings.iterations; ++iteration) {
-    // Primal update  // (4)
-    for (int i = 1; i < static_cast<int>(bodies); ++i) {
-      const BodyMass& mass = model.masses[i];
-      if (!moves(mass)) continue;
-      Matrix6 lhs = Matrix6::Zero();  // (5), (6)
-      Vector6 rhs;
-      lhs.diagonal() << Vector3::Constant(1 / (mass.inverse_mass * h * h)),
-          mass.inverse_inertia.cwiseMax(least_inverse_inertia).cwiseInverse() / (h * h);
-      rhs << q[i].linear - work.inertial[i].linear, turn(work.inertial[i].angular, q[i].angular);
-      rhs.array() *= -lhs.diagonal().array();
-      for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {
-        const AvbdBlock& x = work.blocks[work.blocks_of[k]];
-        const Impulse force = forces_of(work, x, update(problem, q, h, work, x));
-        stamp(problem, work, x, force, i, lhs, rhs);  // (13), (17)
-      }
-      const Vector6 change = lhs.llt().solve(rhs);
-      q[i].linear += change.head<3>();
-      q[i].angular = compose(q[i].angular, rotation_quaternion(change.tail<3>()));
-      problem.rotations[i] = q[i].angular.toRotationMatrix();
-      work.displacement[i] = {q[i].linear - begin[i].linear, turn(begin[i].angular, q[i].angular)};
-    }
-    // Dual update
-    for (std::size_t i = 0; i < work.blocks.size(); ++i) {
-      const AvbdBlock& x = work.blocks[i];
-      const Impulse value = update(problem, q, h, work, x);
-      bool holds = true;
-      const Impulse force = forces_of(work, x, value, &holds);
-      for (int k = 0; k < x.rows; ++k) {
-        AvbdRow& row = work.rows[x.first + k];
-        if (row.stiffness < unlimited) continue;
-        row.force = force[k];  // (11)
-        const bool is_within = force[k] > row.low && force[k] < row.high && (k == 0 || holds);
-        if (is_within)
-          row.penalty = std::min(row.penalty + row.growth * std::abs(value[k]), largest_penalty);  // (16)
-      }
-      const double moved = std::sqrt(value[1] * value[1] + value[2] * value[2]);
-      work.sticks[i] = holds && moved < sticking_distance ? 1 : 0;
-    }
-    work.row_solves += std::ssize(work.rows);
+/// Moves a body to the minimum of its energy. (4)
+void update_body(int i, double h, Problem& problem, std::vector<Coordinates>& q, AvbdWork& work) {
+  const BodyMass& mass = problem.model->masses[i];
+  const Coordinates& begin = problem.substeps.stepped[i];
+  Matrix6 lhs = Matrix6::Zero();  // (5), (6)
+  Vector6 rhs;
+  lhs.diagonal() << Vector3::Constant(1 / (mass.inverse_mass * h * h)),
+      mass.inverse_inertia.cwiseMax(least_inverse_inertia).cwiseInverse() / (h * h);
+  rhs << q[i].linear - work.inertial[i].linear, turn(work.inertial[i].angular, q[i].angular);
+  rhs.array() *= -lhs.diagonal().array();
+  for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {
+    const AvbdBlock& x = work.blocks[work.blocks_of[k]];
+    const Impulse force = forces_of(work, x, update(problem, q, h, work, x));
+    stamp(problem, work, x, force, i, lhs, rhs);  // (13), (17)
   }
+  const Vector6 change = lhs.llt().solve(rhs);
+  q[i].linear += change.head<3>();
+  q[i].angular = compose(q[i].angular, rotation_quaternion(change.tail<3>()));
+  problem.rotations[i] = q[i].angular.toRotationMatrix();
+  work.displacement[i] = {q[i].linear - begin.linear, turn(begin.angular, q[i].angular)};
+}
 
-  // Finish: velocities from displacements
-  for (std::size_t i = 1; i < bodies; ++i) {
-    if (!moves(model.masses[i])) continue;
-    v_local[i] = {work.displacement[i].linear / h, work.displacement[i].angular / h};
+/// Updates the forces and penalties of all blocks.
+void update_forces(double h, Problem& problem, const std::vector<Coordinates>& q, AvbdWork& work) {
+  for (std::size_t i = 0; i < work.blocks.size(); ++i) {
+    const AvbdBlock& x = work.blocks[i];
+    const Impulse value = update(problem, q, h, work, x);
+    bool holds = true;
+    const Impulse force = forces_of(work, x, value, &holds);
+    for (int k = 0; k < x.rows; ++k) {
+      AvbdRow& row = work.rows[x.first + k];
+      if (row.stiffness < unlimited) continue;
+      row.force = force[k];  // (11)
+      const bool is_within = force[k] > row.low && force[k] < row.high && (k == 0 || holds);
+      if (is_within)
+        row.penalty = std::min(row.penalty + row.growth * std::abs(value[k]), largest_penalty);  // (16)
+    }
+    const double moved = std::sqrt(value[1] * value[1] + value[2] * value[2]);
+    work.sticks[i] = holds && moved < sticking_distance ? 1 : 0;
   }
-  carry_momenta(problem, h, v_local);
-  // Carry the forces and penalties
+}
+
+/// Stores the forces and penalties for the next step.
+void carry(double h, const Problem& problem, const AvbdWork& work, CarriedForces& carried) {
+  const Constraints& c = problem.c;
   carried.contacts.clear();
+  carried.contacts.reserve(problem.contacts->capacity());
   carried.joints.resize(2 * c.rows.size());
   for (std::size_t i = 0; i < c.blocks.size(); ++i) {
     for (int k = 0; k < c.blocks[i].rows; ++k) {
@@ -289,11 +281,39 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     const Contact& contact = (*problem.contacts)[i - c.blocks.size()];
     for (int k = 1; k < 3 && work.sticks[i] != 0; ++k) {
       displacement[k] = (k == 1 ? contact.displacement_1 : contact.displacement_2) +
-                        change_of(rows[k], work.displacement[x.a], work.displacement[x.b]);
+                        rows[k].j.times(work.displacement[x.a], work.displacement[x.b]);
     }
     const Vector3 penalties(rows[0].penalty, rows[1].penalty, rows[2].penalty);
     carried.contacts.push_back({h * force, force, penalties, displacement});
   }
+}
+
+}  // namespace
+
+void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+          Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried) {
+  const double h = settings.step;
+  const Model& model = *problem.model;
+  const int bodies = static_cast<int>(q.size());
+  work.row_solves = 0;
+  make_rows(q, settings, problem, start, work);
+  predict(h, problem, q, v_local, work);
+  for (int iteration = 0; iteration < settings.iterations; ++iteration) {
+    // Primal update
+    for (int i = 1; i < bodies; ++i) {
+      if (moves(model.masses[i])) update_body(i, h, problem, q, work);
+    }
+    // Dual update
+    update_forces(h, problem, q, work);
+    work.row_solves += std::ssize(work.rows);
+  }
+  // Finish: velocities from displacements
+  for (int i = 1; i < bodies; ++i) {
+    if (!moves(model.masses[i])) continue;
+    v_local[i] = {work.displacement[i].linear / h, work.displacement[i].angular / h};
+  }
+  carry_momenta(problem, h, v_local);
+  carry(h, problem, work, carried);
 }
 
 }  // namespace substep

@@ -1,4 +1,4 @@
-#include "sim/descendants/carried_forces.h"
+#include "sim/descendants/descendants.h"
 
 #include <algorithm>
 #include <tuple>
@@ -12,6 +12,13 @@ Vector3 composed(const Contact& contact, const Vector3& along) {
 }
 
 }  // namespace
+
+Jacobian contact_jacobian(const Contact& contact, const Problem& problem, int k) {
+  const Vector3& in_b = k == 0 ? contact.normal_b : k == 1 ? contact.tangent_b1 : contact.tangent_b2;
+  const Vector3 direction = problem.rotations[contact.b] * in_b;
+  return {direction, contact.arm_a.cross(problem.rotations[contact.a].transpose() * direction),
+          in_b.cross(contact.arm_b)};
+}
 
 void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
               std::vector<ContactMemory>& memory) {

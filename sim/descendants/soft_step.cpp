@@ -1,5 +1,5 @@
-// Soft Step: sub-steps with soft constraints. Not the report's: Erin Catto's solver of Solver2D, Box2D 3 and
-// Box3D.
+// Soft Step: sub-steps with soft constraints. Not the report's: Erin Catto, "Solver2D" (2024), with the
+// parameters of Box2D 3 and Box3D. Written from the published description.
 //
 // | step                 | A3                        | here                                                   |
 // |----------------------|---------------------------|--------------------------------------------------------|
@@ -15,7 +15,7 @@
 // comes slower than 1 m/s does not bounce. Box3D has one friction block a manifold; here each point has its
 // own.
 
-#include "sim/descendants/soft_step.h"
+#include "sim/descendants/descendants.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,15 +34,16 @@ constexpr double fastest_push = 3;    // m/s
 constexpr double slowest_bounce = 1;  // m/s
 constexpr Softness rigid{0, 1, 0};
 
-double velocity_along(const SoftRow& row, const Velocity& a, const Velocity& b) {
-  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
+/// Returns J v of one of a point's rows.
+double velocity_along(const SoftPoint& x, int k, const std::vector<Velocity>& v) {
+  return x.row[k].times(v[x.a], v[x.b]);
 }
 
 /// v ← v + M⁻¹Jᵀ impulse of one row.
 void apply(const Model& model, const SoftPoint& x, int k, double impulse, std::vector<Velocity>& v) {
   const BodyMass& a = model.masses[x.a];
   const BodyMass& b = model.masses[x.b];
-  const SoftRow& row = x.row[k];
+  const Jacobian& row = x.row[k];
   v[x.a].linear += row.linear * (a.inverse_mass * impulse);
   v[x.a].angular += a.inverse_inertia.cwiseProduct(row.angular_a) * impulse;
   v[x.b].linear -= row.linear * (b.inverse_mass * impulse);
@@ -53,8 +54,8 @@ void apply(const Model& model, const SoftPoint& x, int k, double impulse, std::v
 double coupling(const Model& model, const SoftPoint& x, int k, int l) {
   const BodyMass& a = model.masses[x.a];
   const BodyMass& b = model.masses[x.b];
-  const SoftRow& one = x.row[k];
-  const SoftRow& other = x.row[l];
+  const Jacobian& one = x.row[k];
+  const Jacobian& other = x.row[l];
   return one.linear.dot(other.linear) * (a.inverse_mass + b.inverse_mass) +
          one.angular_a.dot(a.inverse_inertia.cwiseProduct(other.angular_a)) +
          one.angular_b.dot(b.inverse_inertia.cwiseProduct(other.angular_b));
@@ -64,19 +65,12 @@ double coupling(const Model& model, const SoftPoint& x, int k, int l) {
 SoftPoint point_of(const Contact& contact, const Problem& problem, const std::vector<Velocity>& v,
                    double hs) {
   const Model& model = *problem.model;
-  const Matrix3& rotation_a = problem.rotations[contact.a];
-  const Matrix3& rotation_b = problem.rotations[contact.b];
   SoftPoint x{};
   x.a = contact.a;
   x.b = contact.b;
   x.arm_a = contact.arm_a;
   x.arm_b = contact.arm_b;
-  for (int k = 0; k < 3; ++k) {
-    const Vector3& in_b = k == 0 ? contact.normal_b : k == 1 ? contact.tangent_b1 : contact.tangent_b2;
-    const Vector3 direction = rotation_b * in_b;
-    x.row[k] = {direction, contact.arm_a.cross(rotation_a.transpose() * direction),
-                in_b.cross(contact.arm_b)};
-  }
+  for (int k = 0; k < 3; ++k) x.row[k] = contact_jacobian(contact, problem, k);
   x.impulse = hs * contact.force;
   x.given = Vector3::Zero();
   x.gap_offset = contact.gap_offset;
@@ -87,7 +81,7 @@ SoftPoint point_of(const Contact& contact, const Problem& problem, const std::ve
   x.friction_mass = 1 / (coupling(model, x, 2, 2) + half + std::sqrt(half * half + both * both));
   x.friction = contact.friction;
   x.restitution = contact.restitution;
-  x.velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
+  x.velocity = velocity_along(x, 0, v);
   return x;
 }
 
@@ -101,7 +95,7 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
 
 /// λ' = −mass_scale M (J v + bias) − impulse_scale λ of a normal, and λ + λ' >= 0.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
-  const double velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
+  const double velocity = velocity_along(x, 0, v);
   // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.
   const bool is_apart = x.gap > 0;
   const Softness& how = is_apart ? rigid : soft;
@@ -115,8 +109,8 @@ double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::ve
 
 /// λ' = −M J v of both tangents, and |λ + λ'| <= μ λ_n.
 Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
-  const double total[2] = {x.impulse[1] - x.friction_mass * velocity_along(x.row[1], v[x.a], v[x.b]),
-                           x.impulse[2] - x.friction_mass * velocity_along(x.row[2], v[x.a], v[x.b])};
+  const double total[2] = {x.impulse[1] - x.friction_mass * velocity_along(x, 1, v),
+                           x.impulse[2] - x.friction_mass * velocity_along(x, 2, v)};
   const double limit = x.friction * x.impulse[0];
   const double size = std::sqrt(total[0] * total[0] + total[1] * total[1]);
   const double scale = size > limit ? limit / size : 1;
@@ -159,6 +153,35 @@ Impulse impulse_of(const Constraints& c, const Block& x) {
   return impulse;
 }
 
+/// Makes the points of the contacts at the step's start, as soft as the sub-steps can follow.
+void prepare_points(const Settings& settings, const Problem& problem, const std::vector<Velocity>& v,
+                    double hs, std::vector<SoftPoint>& points) {
+  const double hertz = std::min(settings.contact_hertz, 0.125 / hs);
+  const Softness of_contacts = softness(hertz, soft_contact_damping, hs);
+  const Softness of_static = softness(2 * hertz, soft_contact_damping / 2, hs);
+  points.clear();
+  points.reserve(problem.contacts->capacity());
+  for (const Contact& contact : *problem.contacts) {
+    points.push_back(point_of(contact, problem, v, hs));
+    const bool is_static =
+        !moves(problem.model->masses[contact.a]) || !moves(problem.model->masses[contact.b]);
+    points.back().gap = gap_of(points.back(), problem);
+    points.back().softness = is_static ? of_static : of_contacts;
+  }
+}
+
+/// Bounces what met fast enough.
+void restore(const Model& model, std::vector<SoftPoint>& points, std::vector<Velocity>& v) {
+  for (SoftPoint& x : points) {
+    if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.given[0] == 0) continue;
+    const double velocity = velocity_along(x, 0, v);
+    const double change = std::max(-x.normal_mass * (velocity + x.restitution * x.velocity), -x.impulse[0]);
+    x.impulse[0] += change;
+    x.given[0] += change;
+    apply(model, x, 0, change, v);
+  }
+}
+
 }  // namespace
 
 void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
@@ -169,24 +192,10 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
   Constraints& c = problem.c;
   std::vector<SoftPoint>& points = work.points;
 
-  // Choose the softness: frequencies that the sub-steps can follow
-  const double hertz = std::min(settings.contact_hertz, 0.125 / hs);
-  const Softness of_contacts = softness(hertz, soft_contact_damping, hs);
-  const Softness of_static = softness(2 * hertz, soft_contact_damping / 2, hs);
   const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), soft_joint_damping, hs);
-
-  // Prepare the contacts at the step's start
   work.row_solves = 0;
   c.limits_of = 1;
-  points.clear();
-  points.reserve(problem.contacts->capacity());
-  for (const Contact& contact : *problem.contacts) {
-    points.push_back(point_of(contact, problem, v_local, hs));
-    const bool is_static = !moves(model.masses[contact.a]) || !moves(model.masses[contact.b]);
-    points.back().gap = gap_of(points.back(), problem);
-    points.back().softness = is_static ? of_static : of_contacts;
-  }
-
+  prepare_points(settings, problem, v_local, hs, points);
   for (int j = 1; j <= n; ++j) {
     // Integrate the velocities
     add_external(problem, hs, v_local);
@@ -197,10 +206,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
     }
     // Solve with bias
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, of_joints, hs, v_local), v_local);
-    for (SoftPoint& x : points) {
-      const double lambda = solve_normal(x, hs, x.softness, v_local);
-      apply(model, x, 0, lambda, v_local);
-    }
+    for (SoftPoint& x : points) apply(model, x, 0, solve_normal(x, hs, x.softness, v_local), v_local);
     // Integrate the coordinates
     step_coordinates(hs, v_local, problem.substeps.stepped);
     formulate(problem, problem.substeps.stepped, hs);
@@ -208,8 +214,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, rigid, hs, v_local), v_local);
     for (SoftPoint& x : points) {
       x.gap = gap_of(x, problem);
-      const double lambda = solve_normal(x, hs, rigid, v_local);
-      apply(model, x, 0, lambda, v_local);
+      apply(model, x, 0, solve_normal(x, hs, rigid, v_local), v_local);
       const Impulse friction = solve_friction(x, v_local);
       for (int k = 0; k < 2; ++k) apply(model, x, 1 + k, friction[k], v_local);
       x.given += x.impulse;
@@ -217,17 +222,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
     carry_momenta(problem, hs, v_local);
     work.row_solves += 2 * std::ssize(c.rows) + 4 * std::ssize(points);
   }
-
-  // Restore what bounces
-  for (SoftPoint& x : points) {
-    if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.given[0] == 0) continue;
-    const double velocity = velocity_along(x.row[0], v_local[x.a], v_local[x.b]);
-    const double change = std::max(-x.normal_mass * (velocity + x.restitution * x.velocity), -x.impulse[0]);
-    x.impulse[0] += change;
-    x.given[0] += change;
-    apply(model, x, 0, change, v_local);
-  }
-
+  restore(model, points, v_local);
   // Store the coordinates and forces
   q = problem.substeps.stepped;
   carried.contacts.clear();

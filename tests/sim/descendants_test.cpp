@@ -6,7 +6,7 @@
 #include <complex>
 #include <numbers>
 
-#include "sim/descendants/soft_step.h"
+#include "sim/descendants/descendants.h"
 #include "sim/error.h"
 #include "sim/model/usual_settings.h"
 #include "tests/scene_files.h"
