@@ -51,13 +51,6 @@ long allocations_of_steps(const Scene& scene, Settings settings) {
   return allocations;
 }
 
-Scene stack_of(int boxes) {
-  Scene scene = test::floor_scene(0.6);
-  for (int i = 0; i < boxes; ++i)
-    test::add_box(scene, {1, 1, 1}, 1, {{0, 0.5 + i, 0}, Quaternion::Identity()}, 0.6);
-  return scene;
-}
-
 /// Balls that roll and bounce a little: contacts with restitution.
 Scene balls_in_a_row() {
   Scene scene = test::floor_scene(0.4);
@@ -80,7 +73,7 @@ TEST(Allocation, NoneInAStepAfterTheFirst) {
     Settings settings = default_settings(algorithm);
     settings.warm_start = warm_start;
     EXPECT_EQ(allocations_of_steps(test::chain(5, 0.4), settings), 0) << name(algorithm) << " chain";
-    EXPECT_EQ(allocations_of_steps(stack_of(6), settings), 0) << name(algorithm) << " stack";
+    EXPECT_EQ(allocations_of_steps(test::box_stack(6), settings), 0) << name(algorithm) << " stack";
     EXPECT_EQ(allocations_of_steps(balls_in_a_row(), settings), 0) << name(algorithm) << " balls";
     for (const char* scene :
          {"box_stack", "stone_pyramid", "card_house", "brick_wall", "incline", "balls_on_tray"}) {

@@ -15,26 +15,14 @@
 namespace substep {
 namespace {
 
+using test::largest_displacement;
+
 constexpr double pi = std::numbers::pi;
 
 Settings with(Algorithm algorithm, int substeps) {
   Settings settings = default_settings(algorithm);
   settings.substeps = substeps;
   return settings;
-}
-
-/// Largest displacement of any body at any time, m.
-double moved(const Scene& scene, const Settings& settings, double duration) {
-  Simulation simulation(scene, settings);
-  double largest = 0;
-  for (int i = 0; i < static_cast<int>(std::lround(duration / settings.step)); ++i) {
-    simulation.step();
-    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-      const Vector3 way = simulation.state().q[body].linear - scene.bodies[body].pose.position;
-      largest = std::max(largest, way.norm());
-    }
-  }
-  return largest;
 }
 
 /// A body of 3 kg that a joint holds in one direction, off the axes, `off` m from where it is to be.
@@ -113,7 +101,7 @@ TEST(SoftRow, IsARowOfA3) {
 }
 
 // After each relaxing sweep the body is at rest and λ bears its weight: x' = (1 − τ)(x − g/ω²) + g/ω².
-TEST(SoftStep, JointSinksAsTheClosedFormSays) {
+TEST(SoftStep, JointSinksByClosedForm) {
   for (const int n : {1, 4, 9}) {
     Settings settings = with(Algorithm::soft, n);
     settings.joint_hertz = 11;
@@ -138,16 +126,7 @@ TEST(SoftStep, JointSinksAsTheClosedFormSays) {
 // A ball on a plane: 60 Hz.
 TEST(SoftStep, BallSinksIntoAPlaneByItsFrequency) {
   Scene scene = test::floor_scene(0.5);
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 0.5;
-  ball.inverse_inertia = Vector3::Constant(3);
-  ball.pose.position = {0.3, 0.25, -0.1};
-  scene.bodies.push_back(ball);
-  Collider collider;
-  collider.body = 1;
-  collider.shape = Sphere{0.25};
-  scene.colliders.push_back(collider);
+  test::add_ball(scene, 0.25, 2, {0.3, 0.25, -0.1}, 0);
   const State state = test::run(scene, with(Algorithm::soft, 4), 5);
   const double deepest = scene.gravity.norm() / std::pow(2 * pi * 60, 2);
   EXPECT_NEAR(0.25 - state.q[1].linear.y(), deepest, 1e-6 * deepest);  // measured 2e-9 of it
@@ -157,38 +136,30 @@ TEST(SoftStep, BallSinksIntoAPlaneByItsFrequency) {
 TEST(SoftStep, StackOfTenMovesAsInBox3d) {
   const Scene scene = scene_named("box_stack");
   for (const int n : {4, 10}) {
-    EXPECT_NEAR(moved(scene, with(Algorithm::soft, n), 5), 0.026, 0.003) << n;
+    EXPECT_NEAR(largest_displacement(scene, with(Algorithm::soft, n), 5), 0.026, 0.003) << n;
   }
-}
-
-/// Boxes of 1 m in rows, 10 cm apart, `base` in the lowest: the benchmark's.
-Scene pyramid_of(int base) {
-  Scene scene = test::floor_scene(0.6);
-  for (int row = 0; row < base; ++row) {
-    for (int i = 0; i < base - row; ++i) {
-      const Pose pose{{1.1 * (i - 0.5 * (base - row - 1)), 0.5 + row, 0}, Quaternion::Identity()};
-      test::add_box(scene, {1, 1, 1}, 1, pose, 0.6);
-    }
-  }
-  return scene;
 }
 
 // Box3D with 4 sub-steps, in 10 s: 7.3, 32 and 74 mm. The largest pyramid agrees for two seconds; then it
 // leans ever farther here, by 459 mm in 10 s. Rows in the order of colours and one friction block a manifold
 // do not change that; Box3D lets bodies sleep.
 TEST(SoftStep, PyramidsMoveAsInBox3d) {
-  EXPECT_NEAR(moved(pyramid_of(10), with(Algorithm::soft, 4), 10), 0.0073, 0.0005);  // measured 7.2 mm
-  EXPECT_NEAR(moved(pyramid_of(20), with(Algorithm::soft, 4), 10), 0.032, 0.003);    // measured 30.3 mm
-  EXPECT_NEAR(moved(pyramid_of(30), with(Algorithm::soft, 4), 2), 0.074, 0.015);     // measured 63.7 mm
+  EXPECT_NEAR(largest_displacement(test::box_pyramid(10), with(Algorithm::soft, 4), 10), 0.0073,
+              0.0005);  // measured 7.2 mm
+  EXPECT_NEAR(largest_displacement(test::box_pyramid(20), with(Algorithm::soft, 4), 10), 0.032,
+              0.003);  // measured 30.3 mm
+  EXPECT_NEAR(largest_displacement(test::box_pyramid(30), with(Algorithm::soft, 4), 2), 0.074,
+              0.015);  // measured 63.7 mm
 }
 
 // 1000 kg on nine boxes of 1 kg: 30 Hz gives way, 240 Hz stands with 16 sub-steps.
 TEST(SoftStep, HeavyTopNeedsAStiffContact) {
   const Scene scene = scene_named("top_heavy_stack");
   Settings settings = with(Algorithm::soft, 16);
-  EXPECT_GT(moved(scene, settings, 4), 10);  // measured 43 m: it falls
+  EXPECT_GT(largest_displacement(scene, settings, 4), 10);  // measured 43 m: it falls
   settings.contact_hertz = 240;
-  EXPECT_LT(moved(scene, settings, 4), 1);  // measured 0.90 m: the boxes are pressed, and stand
+  EXPECT_LT(largest_displacement(scene, settings, 4),
+            1);  // measured 0.90 m: the boxes are pressed, and stand
 }
 
 // The demos of AVBD. Their figures are those of avbd-demo2d (commit 74699a1) in the plane, with the
@@ -209,8 +180,7 @@ TEST(Avbd, HeavyRopeClosesAsInTheDemo) {
   for (int i = 1; i <= 19; ++i) {
     const bool is_last = i == 19;
     const Vector3 size = is_last ? Vector3(5, 5, 5) : Vector3(1, 0.5, 0.5);
-    test::add_box(scene, size, is_last ? 125 : 0.25,
-                  {{i + (is_last ? 2.5 : 0), 0, 0}, Quaternion::Identity()}, 0.5);
+    test::add_box(scene, size, is_last ? 125 : 0.25, test::at(i + (is_last ? 2.5 : 0), 0, 0), 0.5);
     scene.joints.push_back(test::ball_joint(i - 1, i, {0.5, 0, 0}, {-0.5 * size.x(), 0, 0}));
   }
   scene.colliders.clear();
@@ -233,12 +203,14 @@ TEST(Avbd, GrowingCubesStand) {
   Scene scene = test::floor_scene(0.5);
   double top = 0;
   for (const double size : {1.0, 2.0, 4.0, 8.0}) {
-    const Pose pose{{0, top + size / 2, 0}, Quaternion::Identity()};
+    const Pose pose = test::at(0, top + size / 2, 0);
     test::add_box(scene, Vector3::Constant(size), size * size * size, pose, 0.5);
     top += size;
   }
-  EXPECT_NEAR(moved(scene, avbd_with(10), 5), 0.459 * of_four_points, 0.005);  // measured 321.5 mm
-  EXPECT_NEAR(moved(scene, avbd_with(20), 5), 0.224 * of_four_points, 0.005);  // measured 155.7 mm
+  EXPECT_NEAR(largest_displacement(scene, avbd_with(10), 5), 0.459 * of_four_points,
+              0.005);  // measured 321.5 mm
+  EXPECT_NEAR(largest_displacement(scene, avbd_with(20), 5), 0.224 * of_four_points,
+              0.005);  // measured 155.7 mm
   const State state = test::run(scene, avbd_with(10), 5);
   for (std::size_t body = 1; body < scene.bodies.size(); ++body)
     EXPECT_LT(state.q[body].angular.vec().norm(), 1e-3) << body;  // measured < 1e-12: upright
@@ -248,10 +220,10 @@ TEST(Avbd, GrowingCubesStand) {
 TEST(Avbd, FrictionStopsABoxInItsWay) {
   for (const double friction : {0.1, 0.3, 0.5}) {
     Scene scene = test::floor_scene(friction);
-    const Pose pose{{0, 0.25, 0}, Quaternion::Identity()};
+    const Pose pose = test::at(0, 0.25, 0);
     const int box = test::add_box(scene, {1, 0.5, 1}, 1, pose, friction);
     scene.bodies[box].linear_velocity = {4, 0, 0};
-    const double way = moved(scene, avbd_with(10), 5);
+    const double way = largest_displacement(scene, avbd_with(10), 5);
     const double expected = 16 / (2 * friction * 9.81);
     EXPECT_NEAR(way, expected, 0.025 * expected) << friction;  // measured 0.4, 1.3 and 2.0 % less
   }
@@ -259,30 +231,28 @@ TEST(Avbd, FrictionStopsABoxInItsWay) {
 
 TEST(Avbd, FrictionHoldsABoxOnASlope) {
   Scene scene = test::floor_scene(1);
-  test::add_box(scene, {1, 0.5, 1}, 1, {{0, 0.25, 0}, Quaternion::Identity()}, 1);
+  test::add_box(scene, {1, 0.5, 1}, 1, test::at(0, 0.25, 0), 1);
   scene.gravity = 9.81 * Vector3(0.5, -std::sqrt(0.75), 0);
-  EXPECT_LT(moved(scene, avbd_with(10), 5), 0.003);  // measured 1.6 mm; the demo's slides by 3.9 mm
+  EXPECT_LT(largest_displacement(scene, avbd_with(10), 5),
+            0.003);  // measured 1.6 mm; the demo's slides by 3.9 mm
 }
 
 // Known (avbd-demo2d, issue 11): penalties grow by β |C|, which does not know the mass. Three boxes of the
 // demo sink by 14.8 mm, those of a thousand times the density by 636 mm. Other methods do not notice the
 // density.
 TEST(Avbd, DenseBoxesSink) {
-  const auto three_boxes = [](double mass) {
-    Scene scene = test::floor_scene(0.5);
-    for (int i = 0; i < 3; ++i) {
-      test::add_box(scene, {1, 1, 1}, mass, {{0, 0.5 + i, 0}, Quaternion::Identity()}, 0.5);
-    }
-    return scene;
-  };
-  EXPECT_NEAR(moved(three_boxes(1), avbd_with(10), 5), 0.0148 * of_four_points, 0.002);   // measured 9.6 mm
-  EXPECT_NEAR(moved(three_boxes(1000), avbd_with(10), 5), 0.636 * of_four_points, 0.01);  // measured 446 mm
+  const auto three_boxes = [](double mass) { return test::box_stack(3, 0.5, mass, mass); };
+  EXPECT_NEAR(largest_displacement(three_boxes(1), avbd_with(10), 5), 0.0148 * of_four_points,
+              0.002);  // measured 9.6 mm
+  EXPECT_NEAR(largest_displacement(three_boxes(1000), avbd_with(10), 5), 0.636 * of_four_points,
+              0.01);  // measured 446 mm
   // A thousand times the mass and β are the same motion, but for the least penalty.
   Settings scaled = avbd_with(10);
   scaled.beta *= 1000;
-  EXPECT_NEAR(moved(three_boxes(1000), scaled, 5), moved(three_boxes(1), avbd_with(10), 5), 1e-3);
-  const double light = moved(three_boxes(1), with(Algorithm::soft, 4), 1);
-  EXPECT_NEAR(moved(three_boxes(1000), with(Algorithm::soft, 4), 1), light, 1e-9);
+  EXPECT_NEAR(largest_displacement(three_boxes(1000), scaled, 5),
+              largest_displacement(three_boxes(1), avbd_with(10), 5), 1e-3);
+  const double light = largest_displacement(three_boxes(1), with(Algorithm::soft, 4), 1);
+  EXPECT_NEAR(largest_displacement(three_boxes(1000), with(Algorithm::soft, 4), 1), light, 1e-9);
 }
 
 // Runs that continue from a state are the run.
@@ -304,7 +274,7 @@ TEST(Descendants, ContinueFromAState) {
   }
 }
 
-TEST(WarmStart, LeavesOneBlockAsItIs) {
+TEST(WarmStart, KeepsMotionOfOneBlock) {
   Settings settings = test::sub_stepped(Algorithm::a3, 7, 1, 1, Joints::plain);
   const Scene scene = scene_named("pendulum");
   const State cold = test::run(scene, settings, 2);
@@ -315,15 +285,15 @@ TEST(WarmStart, LeavesOneBlockAsItIs) {
 }
 
 // Ten boxes, ten sub-steps: half of what they settle by without a warm start.
-TEST(WarmStart, HalvesWhatAStackSettlesBy) {
+TEST(WarmStart, HalvesSettlingOfStack) {
   const Scene scene = scene_named("box_stack");
   Settings settings = with(Algorithm::a5, 10);
-  const double cold = moved(scene, settings, 5);
+  const double cold = largest_displacement(scene, settings, 5);
   settings.warm_start = 0.5;
-  EXPECT_LT(moved(scene, settings, 5), 0.6 * cold);  // measured 2.09 of 3.68 mm
+  EXPECT_LT(largest_displacement(scene, settings, 5), 0.6 * cold);  // measured 2.09 of 3.68 mm
 }
 
-TEST(WarmStart, IsRefusedWhereItHasNoMeaning) {
+TEST(WarmStart, IsRefusedByOtherAlgorithms) {
   Settings settings = default_settings(Algorithm::a1);
   settings.warm_start = 0.5;
   EXPECT_THROW(check(settings), Error);

@@ -1,3 +1,5 @@
+// Encodings: base64, hashes, and names of settings.
+
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -6,6 +8,8 @@
 
 #include "sim/math/base64.h"
 #include "sim/math/fnv1a.h"
+#include "sim/model/settings.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep {
 namespace {
@@ -45,6 +49,30 @@ TEST(Fnv1a, IsContinued) {
   // The lowest byte is the first: 'f', 'o', 'o'.
   EXPECT_EQ(fnv1a_of_number(0x6f6f66, 3, fnv1a_start), fnv1a("foo"));
   EXPECT_EQ(fnv1a_of_number(0xff, 1, fnv1a_start), fnv1a("\xff"));
+}
+
+TEST(Settings, AreFoundByName) {
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    EXPECT_EQ(algorithm_named(name(algorithm)), algorithm);
+  }
+  for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable})
+    EXPECT_EQ(joints_named(name(joints)), joints);
+  EXPECT_EQ(algorithm_named("a6"), std::nullopt);
+  EXPECT_EQ(joints_named(""), std::nullopt);
+}
+
+TEST(Settings, FollowScene) {
+  Scene scene;
+  EXPECT_EQ(usual_settings(scene, Algorithm::a5).substeps, default_settings(Algorithm::a5).substeps);
+  scene.step = 0.02;
+  scene.substeps = 45;
+  const Settings a2 = usual_settings(scene, Algorithm::a2);
+  EXPECT_EQ(a2.step, 0.02);
+  EXPECT_EQ(a2.iterations, 45);
+  const Settings a3 = usual_settings(scene, Algorithm::a3);
+  EXPECT_EQ(a3.substeps, 45);
+  EXPECT_EQ(a3.iterations, 1);
 }
 
 }  // namespace

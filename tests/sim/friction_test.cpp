@@ -1,4 +1,5 @@
 // Blocks that slide, stop and stay, against closed forms.
+// One file, since its tests share blocks on slopes and planes.
 
 #include <gtest/gtest.h>
 
@@ -26,8 +27,8 @@ constexpr double slope_angle = pi / 9;
 double coefficient(const Vector3& box_velocity, const Vector3& plank_velocity,
                    const Vector3& plank_spin = {0, 0, 0}, const Vector3& box_spin = {0, 0, 0}) {
   Scene scene = test::empty_scene();
-  const int plank = test::add_box(scene, {9, 1, 9}, 1, {Vector3(0, -0.5, 0), Quaternion::Identity()}, 0);
-  const int box = test::add_box(scene, {0.2, 0.2, 0.2}, 1, {Vector3(2, 0.1, 1), Quaternion::Identity()}, 0);
+  const int plank = test::add_box(scene, {9, 1, 9}, 1, test::at(0, -0.5, 0), 0);
+  const int box = test::add_box(scene, {0.2, 0.2, 0.2}, 1, test::at(2, 0.1, 1), 0);
   scene.bodies[plank].inverse_mass = 0;
   scene.bodies[plank].inverse_inertia.setZero();
   scene.bodies[plank].linear_velocity = plank_velocity;
@@ -101,17 +102,11 @@ Place closed_form(double friction, double speed, double time) {
 /// The largest distances of the run from the closed form, as parts of the way until there.
 struct SlopeErrors {
   double all = 0;     ///< at any time
-  double aside = 0;   ///< off the line, m
   double beyond = 0;  ///< on the way up, beyond a t hs/2: what steps of hs with v first and then q err by
+  double aside = 0;   ///< off the line, m
 };
 
-enum class Contacts {
-  by_default,
-  as_joints,  ///< with the default τ and κ of joints
-};
-
-SlopeErrors errors_on_slope(double rate, int substeps, double friction,
-                            Contacts contacts = Contacts::as_joints) {
+SlopeErrors errors_on_slope(double rate, int substeps, double friction, bool by_default) {
   constexpr double speed = 3;
   const double brake = gravity * (std::sin(slope_angle) + friction * std::cos(slope_angle));
   SlopeErrors errors;
@@ -120,64 +115,51 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction,
       Settings settings = default_settings(algorithm);
       settings.step = 1 / rate;
       settings.substeps = substeps;
-      if (contacts == Contacts::as_joints) settings.contact_tau = settings.contact_kappa = 0;
+      if (!by_default) settings.contact_tau = settings.contact_kappa = 0;
       const Slope slope = slope_of(friction, heading, speed);
-      Simulation simulation(slope.scene, settings);
-      const Vector3 start = simulation.state().q[1].linear;
-      for (int i = 1; i <= 2 * rate; ++i) {
-        simulation.step();
-        const double time = i / rate;
-        const Vector3 moved = simulation.state().q[1].linear - start;
+      test::last(slope.scene, settings, 2, [&](const State& state, double time) {
+        const Vector3 moved = state.q[1].linear - slope.scene.bodies[1].pose.position;
         const Place place = closed_form(friction, speed, time);
         const double error = moved.dot(slope.up) - place.place;
         errors.all = std::max(errors.all, std::abs(error) / place.way);
         errors.aside = std::max(errors.aside, (moved - moved.dot(slope.up) * slope.up).norm());
-        if (time < speed / brake) {
-          const double of_step = -0.5 * brake * time * settings.step / substeps;
+        const double of_step = -0.5 * brake * time * settings.step / substeps;
+        if (time < speed / brake)
           errors.beyond = std::max(errors.beyond, std::abs(error - of_step) / place.way);
-        }
-      }
+        return 0.0;
+      });
     }
   }
   return errors;
 }
 
+// The errors are a t hs/2 and no more: a run of velocities first, then coordinates, errs by that, so that a
+// tenth of a percent takes thirteen sub-steps. κ < 1 leaves 1 − κ of what friction takes to the next
+// sub-step: a delay of a part of one at the start.
 TEST(Friction, BlockSentUphillFollowsClosedForm) {
-  // Measured, at 60 and 240 Hz: 0.29 and 0.073 % with μ = 0.2, where it slides back; 0.496 and 0.124 % with
-  // 0.6, where it stays. It is a t hs/2 and no more: a run of velocities first, then coordinates, errs by
-  // that.
-  for (const double friction : {0.2, 0.6}) {
-    const SlopeErrors slow = errors_on_slope(60, 10, friction);
-    EXPECT_LT(slow.all, 0.005) << friction;
-    EXPECT_LT(slow.beyond, 2e-6) << friction;  // measured 8e-8 and 1.1e-6
-    EXPECT_LT(slow.aside, 1e-4) << friction;   // measured 8.1e-5 m
-    const SlopeErrors fast = errors_on_slope(240, 30, friction);
-    EXPECT_LT(fast.all, 0.001) << friction;    // measured 0.024 and 0.041 %
-    EXPECT_LT(fast.beyond, 3e-8) << friction;  // measured 8e-10 and 1.5e-8
-    EXPECT_LT(fast.aside, 1e-5) << friction;   // measured 8.2e-6 m
+  struct Case {
+    double rate;
+    int substeps;
+    double friction;  // 0.2: it slides back; 0.6: it stays
+    bool by_default;  // otherwise with the default τ and κ of joints
+    SlopeErrors limits;
+  };
+  for (const Case& one : {Case{60, 10, 0.2, false, {0.005, 2e-6, 1e-4}},   // measured 0.29 %, 8e-8, 8.1e-5 m
+                          Case{60, 10, 0.6, false, {0.005, 2e-6, 1e-4}},   // 0.496 %, 1.1e-6
+                          Case{240, 30, 0.2, false, {0.001, 3e-8, 1e-5}},  // 0.024 %, 8e-10, 8.2e-6 m
+                          Case{240, 30, 0.6, false, {0.001, 3e-8, 1e-5}},  // 0.041 %, 1.5e-8
+                          Case{240, 10, 0.2, false, {0.001, 1, 1}},        // 0.073 %
+                          Case{240, 10, 0.6, false, {0.0013, 3e-7, 1}},    // 0.124 %, 1.5e-7
+                          Case{60, 10, 0.2, true, {0.005, 1.5e-4, 1e-4}},  // beyond: 3.5e-5
+                          Case{60, 10, 0.6, true, {0.005, 1.5e-4, 1e-4}},  // 1.05e-4
+                          Case{240, 30, 0.2, true, {0.001, 4e-6, 1e-5}},   // 9.5e-7
+                          Case{240, 30, 0.6, true, {0.001, 4e-6, 1e-5}}}) {  // 2.9e-6
+    const SlopeErrors errors = errors_on_slope(one.rate, one.substeps, one.friction, one.by_default);
+    SCOPED_TRACE(testing::Message() << one.rate << " Hz, n " << one.substeps << ", μ " << one.friction);
+    EXPECT_LT(errors.all, one.limits.all);
+    EXPECT_LT(errors.beyond, one.limits.beyond);
+    EXPECT_LT(errors.aside, one.limits.aside);
   }
-  EXPECT_LT(errors_on_slope(240, 10, 0.2).all, 0.001);  // measured 0.073 %
-}
-
-// κ < 1 leaves 1 − κ of what friction takes to the next sub-step: a delay of a part of one at the start.
-TEST(Friction, BlockSentUphillFollowsClosedFormByDefault) {
-  for (const double friction : {0.2, 0.6}) {
-    const SlopeErrors slow = errors_on_slope(60, 10, friction, Contacts::by_default);
-    EXPECT_LT(slow.all, 0.005) << friction;
-    EXPECT_LT(slow.beyond, 1.5e-4) << friction;  // measured 3.5e-5 and 1.05e-4
-    EXPECT_LT(slow.aside, 1e-4) << friction;
-    const SlopeErrors fast = errors_on_slope(240, 30, friction, Contacts::by_default);
-    EXPECT_LT(fast.all, 0.001) << friction;
-    EXPECT_LT(fast.beyond, 4e-6) << friction;  // measured 9.5e-7 and 2.9e-6
-    EXPECT_LT(fast.aside, 1e-5) << friction;
-  }
-}
-
-// All of it is a t hs/2, the error of stepping: a tenth of a percent takes thirteen sub-steps.
-TEST(Friction, BlockSentUphillErrsByTheStepAt240Hz) {
-  const SlopeErrors errors = errors_on_slope(240, 10, 0.6);
-  EXPECT_LT(errors.all, 0.0013);   // measured 0.124 %
-  EXPECT_LT(errors.beyond, 3e-7);  // measured 1.5e-7
 }
 
 Quaternion turn(double degrees) {
@@ -215,46 +197,46 @@ void with_all_pushes(Use use) {
   }
 }
 
+/// The largest distances along and off the push, relative to the way `expected`.
+struct PushErrors {
+  double along = 0;
+  double aside = 0;
+};
+
+PushErrors errors_of_pushes(const Settings& settings, double duration, double expected) {
+  PushErrors errors;
+  with_all_pushes([&](double block, double heading, const Quaternion& slope) {
+    const Scene scene = pushed_block(1.06, heading, block, slope);
+    const MeasuredRun run = measured_run(scene, settings, duration);
+    const Vector3 moved = run.state.q[1].linear - scene.bodies[1].pose.position;
+    const Vector3 along = heading_of(heading, slope);
+    errors.along = std::max(errors.along, std::abs(moved.dot(along) / expected - 1));
+    errors.aside = std::max(errors.aside, (moved - moved.dot(along) * along).norm() / expected);
+    EXPECT_LE(run.largest_residual, MlcpSolver::tolerance);  // of A1
+  });
+  return errors;
+}
+
 TEST(Friction, PushedTrayMovesAlikeInAllDirections) {
   constexpr double time = 2;
-  constexpr double expected = 0.5 * 0.06 * tray_friction * gravity * time * time;
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    double worst = 0;
-    double aside = 0;
-    with_all_pushes([&](double block, double heading, const Quaternion& slope) {
-      const Scene scene = pushed_block(1.06, heading, block, slope);
-      const State state = test::run(scene, default_settings(algorithm), time);
-      const Vector3 moved = state.q[1].linear - scene.bodies[1].pose.position;
-      const Vector3 along = heading_of(heading, slope);
-      worst = std::max(worst, std::abs(moved.dot(along) / expected - 1));
-      aside = std::max(aside, (moved - moved.dot(along) * along).norm() / expected);
-    });
-    EXPECT_LT(worst, 0.02) << name(algorithm);  // measured 1.2 % (A2), 0.25 % (A3 to A5)
-    EXPECT_LT(aside, 5e-4) << name(algorithm);  // measured 1e-5 (A2), 2.5e-4 (A3 to A5)
+    const PushErrors errors = errors_of_pushes(default_settings(algorithm), time,
+                                               0.5 * 0.06 * tray_friction * gravity * time * time);
+    EXPECT_LT(errors.along, 0.02) << name(algorithm);  // measured 1.2 % (A2), 0.25 % (A3 to A5)
+    EXPECT_LT(errors.aside, 5e-4) << name(algorithm);  // measured 1e-5 (A2), 2.5e-4 (A3 to A5)
   }
 }
 
 // A1's friction is a disc to rounding.
 TEST(Friction, PushedTrayIsExactInA1) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
+  const Settings settings{.algorithm = Algorithm::a1};
   constexpr int steps = 60;
   // The excess over friction, stepped by h: velocities first, then coordinates.
   const double expected =
       0.06 * tray_friction * gravity * settings.step * settings.step * steps * (steps + 1) / 2;
-  double worst = 0;
-  double aside = 0;
-  with_all_pushes([&](double block, double heading, const Quaternion& slope) {
-    const Scene scene = pushed_block(1.06, heading, block, slope);
-    const MeasuredRun run = measured_run(scene, settings, steps * settings.step);
-    const Vector3 moved = run.state.q[1].linear - scene.bodies[1].pose.position;
-    const Vector3 along = heading_of(heading, slope);
-    EXPECT_LE(run.largest_residual, MlcpSolver::tolerance);
-    worst = std::max(worst, std::abs(moved.dot(along) / expected - 1));
-    aside = std::max(aside, (moved - moved.dot(along) * along).norm() / expected);
-  });
-  EXPECT_LT(worst, 1e-9);  // measured 2.4e-11, of the distance
-  EXPECT_LT(aside, 1e-9);  // measured 1.9e-10
+  const PushErrors errors = errors_of_pushes(settings, steps * settings.step, expected);
+  EXPECT_LT(errors.along, 1e-9);  // measured 2.4e-11, of the distance
+  EXPECT_LT(errors.aside, 1e-9);  // measured 1.9e-10
 }
 
 /// Largest displacement of any tray in the two seconds, m.
@@ -262,32 +244,18 @@ double largest_displacement(Algorithm algorithm, double push) {
   double largest = 0;
   with_all_pushes([&](double block, double heading, const Quaternion& slope) {
     const Scene scene = pushed_block(push, heading, block, slope);
-    Simulation simulation(scene, default_settings(algorithm));
-    for (int i = 0; i < 120; ++i) {
-      simulation.step();
-      const Vector3 moved = simulation.state().q[1].linear - scene.bodies[1].pose.position;
-      largest = std::max(largest, moved.norm());
-    }
+    largest = std::max(largest, test::largest_displacement(scene, default_settings(algorithm), 2));
   });
   return largest;
 }
 
-TEST(Friction, TrayWithinFrictionStaysInA1) {
+// Points that reach their disc's edge in turn release half of their displacement each time: near the limit of
+// friction the tray creeps by 0.13 mm/s (A2: 0.7) where A1 does not move.
+TEST(Friction, TrayWithinFrictionStays) {
   EXPECT_LT(largest_displacement(Algorithm::a1, 0.96), 1e-12);  // measured 1.7e-14 m
-}
-
-TEST(Friction, TrayAtHalfFrictionStays) {
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_LT(largest_displacement(algorithm, 0.5), 1e-5) << name(algorithm);  // measured 9.2e-6 m; A2: 4e-13
-  }
-}
-
-// Points that reach their disc's edge in turn let go of half of their displacement each time, and so the tray
-// creeps by 0.13 mm/s (A2: 0.7) where A1 does not move.
-TEST(Friction, TrayNearFrictionCreepsSlowly) {
-  for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    EXPECT_LT(largest_displacement(algorithm, 0.96), 2e-3)
-        << name(algorithm);  // measured 1.5 (A2) and 0.26 mm in 2 s
+    EXPECT_LT(largest_displacement(algorithm, 0.96), 2e-3) << name(algorithm);  // 1.5 (A2) and 0.26 mm
   }
 }
 
@@ -451,10 +419,8 @@ TEST(Friction, PatchHoldsTheTorqueOfItsPoints) {
     Settings settings = test::sub_stepped(Algorithm::a3, 1, 1, 1);
     const double stopped = settings.step * mu * gravity * 0.5 / ((0.64 + 0.36) / 12);
     scene.bodies[1].angular_velocity = {0, fraction * stopped, 0};
-    Simulation simulation(scene, settings);
-    simulation.step();
     const double expected = std::max(0.0, fraction - 1) * stopped;
-    EXPECT_NEAR(simulation.state().v[1].angular.y(), expected, 1e-9) << fraction;
+    EXPECT_NEAR(test::run(scene, settings, settings.step).v[1].angular.y(), expected, 1e-9) << fraction;
   }
 }
 
@@ -464,7 +430,7 @@ TEST(Friction, UnturnableBlockSlidesByTheClosedForm) {
   constexpr double way = 1.5 * 1.5 / (2 * mu * gravity);
   for (const Vector3& inverse_inertia : {Vector3(0, 0, 0), Vector3(0, 4, 0)}) {
     Scene scene = test::floor_scene(mu);
-    test::add_box(scene, {0.8, 0.1, 0.6}, 3, {Vector3(0, 0.05, 0), Quaternion::Identity()}, mu);
+    test::add_box(scene, {0.8, 0.1, 0.6}, 3, test::at(0, 0.05, 0), mu);
     scene.bodies[1].inverse_inertia = inverse_inertia;
     scene.bodies[1].linear_velocity = {1.2, 0, 0.9};
     for (const Algorithm algorithm : test::all_algorithms) {

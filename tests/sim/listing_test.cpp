@@ -115,7 +115,7 @@ TEST(Listings, LoopsStandInTheFiveFiles) {
     EXPECT_EQ(text.find("for (int i = 1; i <= m; ++i)") != std::string::npos, sub_stepped) << listing.file;
   }
   // Code that the five share may loop over one block's rows, or over all blocks to formulate or update them.
-  // It has no loop over sub-steps or iterations, and none that solves blocks.
+  // Shared code has no loop over sub-steps or iterations, and none that solves blocks.
   int files = 0;
   int loops_over_blocks = 0;
   const std::filesystem::path folder =

@@ -3,16 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "sim/loading/load_scene.h"
 #include "sim/measure/invariants.h"
@@ -159,7 +151,7 @@ Loop spatial_four_bar(Random& random) {
     join(scene, 1, 2, crank_tip, std::nullopt);
     join(scene, 3, 2, rocker_tip, std::nullopt);
     join(scene, 3, world_body, ground, rocker_axis);
-    // Where both bars are nearly in line with the coupler, the motion branches.
+    // The motion branches where both bars are nearly in line with the coupler.
     const auto lever_of = [](const State& state, const Vector3& axis, std::size_t body) {
       const Vector3 along = state.q[2].angular * Vector3::UnitX();
       return std::abs(along.dot(axis.cross(state.q[body].angular * Vector3::UnitX())));
@@ -233,8 +225,7 @@ Deviation deviation_of(const Loop& loop, Algorithm algorithm) {
   Deviation largest;
   for (int k = 1; k <= steps; ++k) {
     if (simulation.step().status == StepReport::Status::diverged) {
-      const double infinite = std::numeric_limits<double>::infinity();
-      return {infinite, infinite, infinite};
+      return {test::infinite_error, test::infinite_error, test::infinite_error};
     }
     const State& state = simulation.state();
     for (std::size_t i = 0; i < loop.centres[k].size(); ++i)

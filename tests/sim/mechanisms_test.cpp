@@ -5,12 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cmath>
-#include <functional>
-#include <numbers>
 #include <ostream>
-#include <string>
-#include <vector>
 
 #include "sim/loading/load_scene.h"
 #include "sim/measure/invariants.h"
@@ -162,10 +157,7 @@ Mechanism governor() {
 }
 
 double largest_error(const Scene& scene, const std::vector<Centres>& exact, int rate) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
-  settings.step = 1.0 / rate;
-  Simulation simulation(scene, settings);
+  Simulation simulation(scene, {.algorithm = Algorithm::a1, .step = 1.0 / rate});
   double largest = 0;
   for (std::size_t k = 1; k < exact.size(); ++k) {
     for (int i = 0; i < rate / 60; ++i) {
@@ -227,10 +219,7 @@ INSTANTIATE_TEST_SUITE_P(Mechanisms, MinimalCoordinates,
 TEST(FourBar, PassesItsSingularPositionsAtAnyStep) {
   const Scene scene = scene_named("four_bar");
   for (const int rate : {480, 960, 1920, 3840}) {
-    Settings settings;
-    settings.algorithm = Algorithm::a1;
-    settings.step = 1.0 / rate;
-    Simulation simulation(scene, settings);
+    Simulation simulation(scene, {.algorithm = Algorithm::a1, .step = 1.0 / rate});
     int least_squares = 0;
     for (int i = 0; i < 4 * rate; ++i) {
       const StepReport& report = simulation.step();
@@ -252,10 +241,7 @@ struct Fall {
 Fall bricard_fall(int rate, double seconds) {
   const Scene scene = scene_named("bricard");
   const JointGapMeter joints(scene);
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
-  settings.step = 1.0 / rate;
-  Simulation simulation(scene, settings);
+  Simulation simulation(scene, {.algorithm = Algorithm::a1, .step = 1.0 / rate});
   Fall result;
   double most = energy(scene, simulation.state());
   double least = most;
@@ -277,7 +263,7 @@ Fall bricard_fall(int rate, double seconds) {
 }
 
 // One of its thirty rows is redundant, and a step's rounding and drift make that row contradict the others.
-// It starts from rest: no speed exceeds that of a fall to its lowest state.
+// Bricard's mechanism starts from rest: no speed exceeds that of a fall to its lowest state.
 TEST(Bricard, SwingsAtSixtySteps) {
   const Fall coarse = bricard_fall(60, 8);
   const Fall fine = bricard_fall(240, 8);

@@ -4,11 +4,6 @@
 
 #include <Eigen/LU>
 
-#include <algorithm>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
@@ -41,9 +36,8 @@ struct Core {
 
   double reach() const {
     double largest = 0;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t i = 0; i < corners.size(); ++i)
       largest = std::max(largest, corners[i].norm() + (disc.empty() ? 0.0 : disc[i]));
-    }
     return largest + round;
   }
 };
@@ -61,9 +55,8 @@ struct Solid {
 
   double reach() const {
     double largest = 0;
-    for (const Part& part : parts) {
+    for (const Part& part : parts)
       largest = std::max(largest, part.placement.position.norm() + part.core.reach());
-    }
     return largest;
   }
 };
@@ -87,10 +80,8 @@ inline Solid cylinder(double half_height, double radius_bottom, double radius_to
 
 inline std::vector<Vector3> box_corners(const Vector3& size) {
   std::vector<Vector3> corners;
-  corners.reserve(8);
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < 8; ++i)
     corners.emplace_back(0.5 * size.cwiseProduct(Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
-  }
   return corners;
 }
 
@@ -144,7 +135,6 @@ inline Solid random_solid(Random& random, double size) {
     }
     case 6: {
       std::vector<Vector3> points;
-      points.reserve(12);
       for (int i = 0; i < 12; ++i) points.emplace_back(size * random.direction());
       return hull_of(points);
     }
@@ -218,10 +208,9 @@ inline double distance(const Core& a, const Pose& pose_a, const Core& b, const P
 inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const Pose& pose_b) {
   double least = std::numeric_limits<double>::infinity();
   for (const Part& one : a.parts) {
-    for (const Part& other : b.parts) {
+    for (const Part& other : b.parts)
       least =
           std::min(least, distance(one.core, pose_a * one.placement, other.core, pose_b * other.placement));
-    }
   }
   return least;
 }
@@ -229,9 +218,8 @@ inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const
 /// The height of a solid above the plane through the origin with this unit normal.
 inline double height_above(const Vector3& normal, const Solid& solid, const Pose& pose) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Part& part : solid.parts) {
+  for (const Part& part : solid.parts)
     least = std::min(least, normal.dot(part.core.support(pose * part.placement, -normal)));
-  }
   return least;
 }
 
@@ -273,8 +261,6 @@ inline void add_static_plane(Scene& scene, const Pose& pose, const Substance& su
   add_static(scene, {"plane", {{Plane{}, {}, {}}}}, pose, substance);
 }
 
-inline constexpr double infinite_error = std::numeric_limits<double>::infinity();
-
 /// Returns the new body.
 inline int add_body(Scene& scene, const Solid& solid, const Start& start, const Substance& substance) {
   const int index = static_cast<int>(scene.bodies.size());
@@ -297,29 +283,6 @@ inline Vector3 box_moments(double mass, const Vector3& size) {
 
 inline Vector3 ball_moments(double mass, double radius) {
   return Vector3::Constant(0.4 * mass * radius * radius);
-}
-
-/// Steps for `duration`. Returns `look(state, time)` of the last step; infinite where the run diverges.
-template <class Look>
-double last(const Scene& scene, const Settings& settings, double duration, Look look) {
-  Simulation simulation(scene, settings);
-  const auto steps = std::lround(duration / settings.step);
-  double result = 0;
-  for (long i = 1; i <= steps; ++i) {
-    if (simulation.step().status == StepReport::Status::diverged) return infinite_error;
-    result = look(simulation.state(), static_cast<double>(i) * settings.step);
-  }
-  return result;
-}
-
-/// The same of the largest.
-template <class Look>
-double largest(const Scene& scene, const Settings& settings, double duration, Look look) {
-  double most = 0;
-  return last(scene, settings, duration, [&](const State& state, double time) {
-    most = std::max(most, look(state, time));
-    return most;
-  });
 }
 
 }  // namespace substep::test

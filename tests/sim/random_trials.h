@@ -5,26 +5,22 @@
 // SUBSTEP_TRIALS=400 draws that many instead of 12; SUBSTEP_TRIAL=17 repeats one and prints what each
 // algorithm makes of it.
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cmath>
-#include <cstdint>
+#include <algorithm>
 #include <cstdlib>
 #include <functional>
-#include <iterator>
-#include <limits>
-#include <numbers>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "sim/loading/scene_settings.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep::test {
+
+inline constexpr double gravity = 9.81;
+inline constexpr double pi = std::numbers::pi;
 
 class Random {
  public:
@@ -44,7 +40,7 @@ class Random {
   }
   Vector3 direction() {
     const double y = between(-1, 1);
-    const double turn = between(0, 2 * std::numbers::pi);
+    const double turn = between(0, 2 * pi);
     const double across = std::sqrt(1 - y * y);
     return {across * std::cos(turn), y, across * std::sin(turn)};
   }
@@ -53,7 +49,7 @@ class Random {
     const Vector3 d = direction();
     return (d - axis.dot(d) * axis).normalized();
   }
-  Quaternion orientation() { return rotation_quaternion(direction() * between(0, std::numbers::pi)); }
+  Quaternion orientation() { return rotation_quaternion(direction() * between(0, pi)); }
 
  private:
   std::mt19937_64 engine_;
@@ -83,6 +79,20 @@ inline Settings default_settings_of(Scene scene, Algorithm algorithm) {
   return usual_settings(scene, algorithm);
 }
 
+/// A trial whose error is the last, or the largest, `error(state, time)` after a step.
+template <class Error>
+Trial last_of(std::string parameters, const Scene& scene, double duration, const Error& error) {
+  return {std::move(parameters), [=](Algorithm algorithm) {
+            return last(scene, default_settings_of(scene, algorithm), duration, error);
+          }};
+}
+template <class Error>
+Trial largest_of(std::string parameters, const Scene& scene, double duration, const Error& error) {
+  return {std::move(parameters), [=](Algorithm algorithm) {
+            return largest(scene, default_settings_of(scene, algorithm), duration, error);
+          }};
+}
+
 /// Draws the check's trials, prints "| name | A1 | … | A5 | limit |" and expects no algorithm's worst beyond
 /// the limit.
 inline void run(const Check& check) {
@@ -96,7 +106,7 @@ inline void run(const Check& check) {
     for (const Algorithm algorithm : check.algorithms) {
       const auto i = static_cast<std::size_t>(algorithm);
       double error = trial.error(algorithm);
-      if (std::isnan(error)) error = std::numeric_limits<double>::infinity();
+      if (std::isnan(error)) error = infinite_error;
       if (only >= 0) fmt::print("{} {}: {:.3g}\n", title_of(algorithm), trial.parameters, error);
       if (error < worst[i] || (error == worst[i] && !where[i].empty())) continue;
       worst[i] = error;

@@ -22,18 +22,17 @@ struct Scale {
   void apply(std::vector<Vector3>& points) const {
     for (Vector3& point : points) point *= length;
   }
-  void operator()(Sphere& shape) const { shape.radius *= length; }
-  void operator()(Capsule& shape) const {
-    shape.half_length *= length;
-    shape.radius *= length;
+  void apply(std::initializer_list<double*> lengths) const {
+    for (double* value : lengths) *value *= length;
   }
+  void operator()(Sphere& shape) const { apply({&shape.radius}); }
+  void operator()(Capsule& shape) const { apply({&shape.half_length, &shape.radius}); }
   void operator()(Plane& /*shape*/) const {}
   void operator()(Polytope& shape) const {
     apply(shape.vertices);
     for (double& offset : shape.face_offsets) offset *= length;
     shape.centre *= length;
-    shape.bounding_radius *= length;
-    shape.inner_radius *= length;
+    apply({&shape.bounding_radius, &shape.inner_radius});
     if (shape.box) {
       apply(shape.box->pose);
       shape.box->half_size *= length;
@@ -41,14 +40,10 @@ struct Scale {
     if (shape.ellipsoid) *shape.ellipsoid *= length;
   }
   void operator()(Cylinder& shape) const {
-    shape.half_height *= length;
-    shape.radius_bottom *= length;
-    shape.radius_top *= length;
+    apply({&shape.half_height, &shape.radius_bottom, &shape.radius_top});
   }
   void operator()(TaperedCapsule& shape) const {
-    shape.half_length *= length;
-    shape.radius_bottom *= length;
-    shape.radius_top *= length;
+    apply({&shape.half_length, &shape.radius_bottom, &shape.radius_top});
   }
   void operator()(TriangleMesh& shape) const {
     apply(shape.vertices);
@@ -66,14 +61,12 @@ struct Scale {
     apply(joint.frame_a);
     apply(joint.frame_b);
     for (JointLimit& limit : joint.limits) {
-      if (!limit.angular) limit.min *= length;
-      if (!limit.angular) limit.max *= length;
+      if (!limit.angular) apply({&limit.min, &limit.max});
       if (limit.stiffness) *limit.stiffness *= of_stiffness(limit.angular);
       limit.damping *= of_stiffness(limit.angular);
     }
     for (JointDrive& drive : joint.drives) {
-      if (!drive.angular) drive.position_target *= length;
-      if (!drive.angular) drive.velocity_target *= length;
+      if (!drive.angular) apply({&drive.position_target, &drive.velocity_target});
       const bool is_per_mass = drive.acceleration;
       drive.max_force *= is_per_mass ? (drive.angular ? 1 : length) : of_force(drive.angular);
       drive.stiffness *= is_per_mass ? 1 : of_stiffness(drive.angular);

@@ -1,6 +1,11 @@
-// Joints that bear much more than the bodies between them weigh: A1 and A2 take a step in equal parts.
+// A pendulum against its period; joints that bear much more than the bodies between them weigh, for which A1
+// and A2 take a step in equal parts.
 
 #include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
 
 #include "sim/loading/scene_settings.h"
 #include "sim/model/usual_settings.h"
@@ -8,6 +13,65 @@
 
 namespace substep {
 namespace {
+
+constexpr double period = 1.93333485;
+
+Scene pendulum() {
+  Scene scene = test::empty_scene();
+  Body body = test::rod(1, 1);
+  body.pose.position = {0.5, 0, 0};
+  scene.bodies.push_back(body);
+  scene.joints.push_back(test::ball_joint(1, 0, {-0.5, 0, 0}, Vector3::Zero()));
+  return scene;
+}
+
+/// Time at which the rod hangs straight down for the first time, between two steps by the line through them.
+double first_quarter(const Settings& settings) {
+  Simulation simulation(pendulum(), settings);
+  double before = simulation.state().q[1].linear.x();
+  for (;;) {
+    simulation.step();
+    const double now = simulation.state().q[1].linear.x();
+    if (now <= 0) return settings.step * (static_cast<double>(simulation.steps()) - now / (now - before));
+    before = now;
+    if (simulation.steps() > 1000000) return NAN;
+  }
+}
+
+TEST(Pendulum, CountsRowsAndSolves) {
+  for (const Algorithm algorithm : test::all_algorithms) {
+    Settings settings{.algorithm = algorithm, .substeps = 5, .iterations = 4};
+    Simulation simulation(pendulum(), settings);
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.rows, 3) << name(algorithm);
+    EXPECT_EQ(report.contacts, 0) << name(algorithm);
+    // A1 has one active set; A2 ends after the sweep that changes nothing; the others have four sweeps in
+    // each of five sub-steps.
+    const int sweeps = algorithm == Algorithm::a1 ? 1 : algorithm == Algorithm::a2 ? 2 : 20;
+    EXPECT_EQ(report.row_solves, 3 * sweeps) << name(algorithm);
+  }
+}
+
+TEST(Box, CountsContacts) {
+  Scene scene = test::floor_scene(0.5);
+  test::add_box(scene, {1, 1, 1}, 1, test::at(0, 0.5, 0), 0.5);
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a5}) {
+    Settings settings{.algorithm = algorithm};
+    Simulation simulation(scene, settings);
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.contacts, 4) << name(algorithm);
+    // A1 has a normal and two rows of friction for each point; a patch has six rows.
+    EXPECT_EQ(report.rows, algorithm == Algorithm::a1 ? 12 : 6) << name(algorithm);
+  }
+}
+
+TEST(Pendulum, AllFiveSwingWithItsPeriod) {
+  for (const Algorithm algorithm : test::all_algorithms) {
+    Settings settings{
+        .algorithm = algorithm, .step = 1.0 / 960, .iterations = algorithm == Algorithm::a2 ? 4 : 1};
+    EXPECT_NEAR(first_quarter(settings), period / 4, 2e-3) << name(algorithm);
+  }
+}
 
 constexpr double pi = 3.14159265358979323846;
 
@@ -35,13 +99,12 @@ void add_chain(Scene& scene, const Vector3& from, const Vector3& to, int body, c
 Scene drawbridge() {
   Scene scene = test::empty_scene();
   scene.gravity = {0, -9.81, 0};
-  const int bridge = test::add_box(scene, {4, 0.2, 2}, 400, {{2, 0, 0}, Quaternion::Identity()}, 0.6);
+  const int bridge = test::add_box(scene, {4, 0.2, 2}, 400, test::at(2, 0, 0), 0.6);
   Joint hinge = test::ball_joint(bridge, 0, {-2, 0, 0}, Vector3::Zero());
   hinge.limits.push_back(test::locked(true, {true, true, false}));
   scene.joints.push_back(hinge);
   for (const double z : {-1.0, 1.0}) add_chain(scene, {0, 3, z}, {4, 0.1, z}, bridge, {2, 0.1, z});
-  for (const double x : {1.5, 2.5})
-    test::add_box(scene, {0.5, 0.5, 0.5}, 60, {{x, 0.35, 0.3}, Quaternion::Identity()}, 0.6);
+  for (const double x : {1.5, 2.5}) test::add_box(scene, {0.5, 0.5, 0.5}, 60, test::at(x, 0.35, 0.3), 0.6);
   test::add_ball(scene, 0.3, 80, {3.2, 2.5, -0.3});
   scene.substeps = needed_substeps(scene);
   return scene;

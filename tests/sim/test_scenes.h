@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "sim/geometry/convex_hull.h"
@@ -19,13 +20,12 @@ inline constexpr std::array all_algorithms{Algorithm::a1, Algorithm::a2, Algorit
 /// A3, A4 or A5 with one micro-iteration.
 inline Settings sub_stepped(Algorithm algorithm, int n, double tau, double kappa,
                             Joints joints = Joints::stable) {
-  Settings settings;
-  settings.algorithm = algorithm;
-  settings.substeps = n;
-  settings.tau = tau;
-  settings.kappa = kappa;
-  settings.joints = joints;
+  Settings settings{.algorithm = algorithm, .substeps = n, .tau = tau, .kappa = kappa, .joints = joints};
   return settings;
+}
+
+inline Pose at(double x, double y, double z) {
+  return {Vector3(x, y, z), Quaternion::Identity()};
 }
 
 inline Scene empty_scene() {
@@ -34,6 +34,12 @@ inline Scene empty_scene() {
   scene.file = "test";
   scene.bodies.emplace_back();
   scene.bodies[0].name = "world";
+  return scene;
+}
+
+inline Scene weightless_scene() {
+  Scene scene = empty_scene();
+  scene.gravity.setZero();
   return scene;
 }
 
@@ -150,6 +156,24 @@ inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& p
   return collider.body;
 }
 
+/// Unit cubes of 1 kg on a floor, one on the other, the top one of another mass.
+inline Scene box_stack(int boxes, double friction = 0.6, double top_mass = 1, double mass = 1) {
+  Scene scene = floor_scene(friction);
+  for (int i = 0; i < boxes; ++i)
+    add_box(scene, {1, 1, 1}, i == boxes - 1 ? top_mass : mass, at(0, 0.5 + i, 0), friction);
+  return scene;
+}
+
+/// Unit cubes of 1 kg on a floor in rows, 10 cm apart, `base` in the lowest.
+inline Scene box_pyramid(int base) {
+  Scene scene = floor_scene(0.6);
+  for (int row = 0; row < base; ++row) {
+    for (int i = 0; i < base - row; ++i)
+      add_box(scene, {1, 1, 1}, 1, at(1.1 * (i - 0.5 * (base - row - 1)), 0.5 + row, 0), 0.6);
+  }
+  return scene;
+}
+
 /// Adds a uniform solid ball; returns its body.
 inline int add_ball(Scene& scene, double radius, double mass, const Vector3& position, double friction = 0.6,
                     double restitution = 0) {
@@ -163,6 +187,44 @@ inline int add_ball(Scene& scene, double radius, double mass, const Vector3& pos
   collider.shape = Sphere{radius};
   collider.material = {.static_friction = friction, .dynamic_friction = friction, .restitution = restitution};
   return collider.body;
+}
+
+inline constexpr double infinite_error = std::numeric_limits<double>::infinity();
+
+/// Steps for `duration`. Returns `look(state, time)` of the last step; infinite where the run diverges.
+template <class Look>
+double last(const Scene& scene, const Settings& settings, double duration, Look look) {
+  Simulation simulation(scene, settings);
+  const auto steps = std::lround(duration / settings.step);
+  double result = 0;
+  for (long i = 1; i <= steps; ++i) {
+    if (simulation.step().status == StepReport::Status::diverged) return infinite_error;
+    result = look(simulation.state(), static_cast<double>(i) * settings.step);
+  }
+  return result;
+}
+
+/// Returns the largest `look(state, time)` of the steps; infinite where the run diverges.
+template <class Look>
+double largest(const Scene& scene, const Settings& settings, double duration, Look look) {
+  double most = 0;
+  return last(scene, settings, duration, [&](const State& state, double time) {
+    most = std::max(most, look(state, time));
+    return most;
+  });
+}
+
+/// Returns the largest displacement of any body, or of one, at any time, m.
+inline double largest_displacement(const Scene& scene, const Settings& settings, double duration,
+                                   std::size_t only = 0) {
+  return largest(scene, settings, duration, [&](const State& state, double) {
+    double most = 0;
+    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+      if (only == 0 || i == only)
+        most = std::max(most, (state.q[i].linear - scene.bodies[i].pose.position).norm());
+    }
+    return most;
+  });
 }
 
 /// The state after `duration` seconds.

@@ -33,6 +33,18 @@ Scene jointed_body(double mass) {
   return scene;
 }
 
+/// Leaves the x axis free to slide along, or the z axis to turn about.
+void free_axis(Scene& scene, bool angular) {
+  scene.joints[0].limits = {test::locked(false, {angular, true, true}),
+                            test::locked(true, {true, true, !angular})};
+}
+
+/// Leaves the axis of the drive free.
+void drive_free_axis(Scene& scene, const JointDrive& drive) {
+  free_axis(scene, drive.angular);
+  scene.joints[0].drives.push_back(drive);
+}
+
 /// Calls `use` with all settings of A3 to A5 that τ, κ and n make.
 template <class Use>
 void with_all_settings(Use use) {
@@ -47,23 +59,9 @@ void with_all_settings(Use use) {
 
 TEST(Motor, WithoutLoadHoldsItsSpeed) {
   Scene turning = jointed_body(0.7);
-  turning.joints[0].limits.push_back(test::locked(false, {true, true, true}));
-  turning.joints[0].limits.push_back(test::locked(true, {true, true, false}));
-  JointDrive motor;
-  motor.angular = true;
-  motor.axis = 2;
-  motor.velocity_target = 2.3;
-  motor.damping = 40;
-  turning.joints[0].drives.push_back(motor);
-
+  drive_free_axis(turning, {.angular = true, .axis = 2, .velocity_target = 2.3, .damping = 40});
   Scene sliding = jointed_body(3);
-  sliding.joints[0].limits.push_back(test::locked(false, {false, true, true}));
-  sliding.joints[0].limits.push_back(test::locked(true, {true, true, true}));
-  motor.angular = false;
-  motor.axis = 0;
-  motor.damping = 300;
-  sliding.joints[0].drives.push_back(motor);
-
+  drive_free_axis(sliding, {.velocity_target = 2.3, .damping = 300});
   with_all_settings([&](const Settings& settings) {
     for (const Scene* scene : {&turning, &sliding}) {
       Simulation simulation(*scene, settings);
@@ -87,16 +85,10 @@ TEST(Spring, HangsAtItsStaticDeflection) {
   const Vector3 along = tilt * Vector3(1, 0, 0);
   Scene hung = jointed_body(mass);
   hung.gravity = gravity * along;
-  hung.joints[0].limits.push_back(test::locked(false, {false, true, true}));
-  hung.joints[0].limits.push_back(test::locked(true, {true, true, true}));
+  free_axis(hung, false);
 
   Scene driven = hung;
-  JointDrive drive;
-  drive.axis = 0;
-  drive.stiffness = stiffness;
-  drive.damping = 60;
-  driven.joints[0].drives.push_back(drive);
-
+  driven.joints[0].drives.push_back({.stiffness = stiffness, .damping = 60});
   Scene two_sided = hung;
   JointLimit limit;
   limit.axes = {true, false, false};
@@ -125,15 +117,11 @@ TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
   const Vector3 along = tilt * Vector3(1, 0, 0);
   for (const bool per_mass : {false, true}) {
     Scene scene = jointed_body(mass);
-    scene.joints[0].limits.push_back(test::locked(false, {false, true, true}));
-    scene.joints[0].limits.push_back(test::locked(true, {true, true, true}));
-    JointDrive motor;
-    motor.axis = 0;
-    motor.acceleration = per_mass;
-    motor.velocity_target = 100;
-    motor.damping = 1e5;
-    motor.max_force = per_mass ? acceleration : force;
-    scene.joints[0].drives.push_back(motor);
+    drive_free_axis(scene, {.acceleration = per_mass,
+                            .axis = 0,
+                            .max_force = per_mass ? acceleration : force,
+                            .velocity_target = 100,
+                            .damping = 1e5});
     with_all_settings([&](const Settings& settings) {
       Simulation simulation(scene, settings);
       const double hs = settings.step / settings.substeps;
@@ -159,15 +147,8 @@ TEST(Motor, BrakesByItsForceLimitAndThenHolds) {
   scene.bodies[1].inverse_inertia = Vector3::Constant(1 / inertia);
   const Vector3 axis = tilt * Vector3(0, 0, 1);
   scene.bodies[1].angular_velocity = 1.9 * axis;
-  scene.joints[0].limits.push_back(test::locked(false, {true, true, true}));
-  scene.joints[0].limits.push_back(test::locked(true, {true, true, false}));
-  JointDrive motor;
-  motor.angular = true;
-  motor.axis = 2;
-  motor.velocity_target = 0.6;
-  motor.damping = 1e5;
-  motor.max_force = torque;
-  scene.joints[0].drives.push_back(motor);
+  drive_free_axis(scene,
+                  {.angular = true, .axis = 2, .max_force = torque, .velocity_target = 0.6, .damping = 1e5});
   with_all_settings([&](const Settings& settings) {
     Simulation simulation(scene, settings);
     for (int i = 1; i <= 60; ++i) {
