@@ -13,11 +13,11 @@ constexpr double friction = 0.6;
 constexpr double frame = 1.0 / 60;
 const Vector3 unit_cube = Vector3::Ones();
 
-constexpr int pile_side = 5;  // boxes along a layer's side, for 250
 constexpr double pile_pitch = 1.3;
 
+/// Returns the number of boxes along a layer's side.
 int side_of_pile(int boxes) {
-  return boxes <= 250 ? pile_side : 2 * pile_side;
+  return boxes <= 250 ? 5 : 10;
 }
 
 /// A1's positions after 1 s, extrapolated from two small steps: A1 is of first order.
@@ -25,15 +25,12 @@ const std::vector<Vector3>& reference(const BenchmarkScene& scene) {
   static std::map<std::string, std::vector<Vector3>> known;
   std::vector<Vector3>& positions = known[scene.name];
   if (!positions.empty()) return positions;
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
-  settings.step = 1.0 / 7680;
+  Settings settings{.algorithm = Algorithm::a1, .step = 1.0 / 7680};
   const State coarse = test::run(scene.scene, settings, 1);
   settings.step /= 2;
   const State fine = test::run(scene.scene, settings, 1);
-  for (std::size_t i = 0; i < fine.q.size(); ++i) {
+  for (std::size_t i = 0; i < fine.q.size(); ++i)
     positions.emplace_back(2 * fine.q[i].linear - coarse.q[i].linear);
-  }
   return positions;
 }
 
@@ -58,8 +55,7 @@ BenchmarkScene chain_of(int rods) {
 }
 
 BenchmarkScene net_of(int side) {
-  Scene scene = test::net(side);
-  return {"net " + std::to_string(side * side), scene, frame, std::clamp(3000 / side / side, 4, 60),
+  return {"net " + std::to_string(side * side), test::net(side), frame, std::clamp(3000 / side / side, 4, 60),
           BenchmarkScene::Judge::none};
 }
 
@@ -68,25 +64,13 @@ BenchmarkScene heavy_chain() {
 }
 
 BenchmarkScene stack_of(int boxes, double top_mass) {
-  Scene scene = test::floor_scene(friction);
-  for (int i = 0; i < boxes; ++i) {
-    test::add_box(scene, unit_cube, i == boxes - 1 ? top_mass : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()},
-                  friction);
-  }
   std::string name = "stack " + std::to_string(boxes);
   if (top_mass != 1) name += " top " + std::to_string(static_cast<int>(top_mass)) + " kg";
-  return {name, scene, frame, 300, BenchmarkScene::Judge::standing};
+  return {name, test::box_stack(boxes, friction, top_mass), frame, 300, BenchmarkScene::Judge::standing};
 }
 
 BenchmarkScene pyramid_of(int base) {
-  Scene scene = test::floor_scene(friction);
-  for (int row = 0; row < base; ++row) {
-    for (int i = 0; i < base - row; ++i) {
-      const double x = 1.1 * (i - 0.5 * (base - row - 1));
-      test::add_box(scene, unit_cube, 1, {{x, 0.5 + row, 0}, Quaternion::Identity()}, friction);
-    }
-  }
-  return {"pyramid " + std::to_string(base * (base + 1) / 2), scene, frame, 120,
+  return {"pyramid " + std::to_string(base * (base + 1) / 2), test::box_pyramid(base), frame, 120,
           BenchmarkScene::Judge::standing};
 }
 
@@ -95,7 +79,7 @@ BenchmarkScene wall_of(int side) {
   for (int i = 0; i < side * side; ++i) {
     const int row = i / side;
     const double x = i % side - 0.5 * (side - 1) + (row % 2 == 0 ? 0.15 : -0.15);
-    test::add_box(scene, unit_cube, 1, {{x, 0.5 + row, 0}, Quaternion::Identity()}, friction);
+    test::add_box(scene, unit_cube, 1, test::at(x, 0.5 + row, 0), friction);
   }
   return {"wall " + std::to_string(side * side), scene, frame, 120, BenchmarkScene::Judge::standing};
 }
@@ -141,22 +125,14 @@ Verdict judge(const BenchmarkScene& scene, Stepper& engine) {
   for (int i = 1; i < bodies; ++i) {
     const Vector3 position = engine.state().q[i].linear;
     double one = 0;
-    switch (scene.judge) {
-      case BenchmarkScene::Judge::none:
-        break;
-      case BenchmarkScene::Judge::trajectory:
-        one = (position - reference(scene)[i]).norm();
-        break;
-      case BenchmarkScene::Judge::standing:
-        one = (position - scene.scene.bodies[i].pose.position).norm();
-        break;
-      case BenchmarkScene::Judge::contained: {
-        // Its centre lies half a box inside the walls and above the floor.
-        const double inside = 0.5 * pile_pitch * side_of_pile(bodies - 1) - 0.5;
-        one = std::max(
-            {std::abs(position.x()) - inside, std::abs(position.z()) - inside, 0.5 - position.y(), 0.0});
-        break;
-      }
+    if (trajectory) one = (position - reference(scene)[i]).norm();
+    if (scene.judge == BenchmarkScene::Judge::standing)
+      one = (position - scene.scene.bodies[i].pose.position).norm();
+    if (scene.judge == BenchmarkScene::Judge::contained) {
+      // A contained box's centre lies half a box inside the walls and above the floor.
+      const double inside = 0.5 * pile_pitch * side_of_pile(bodies - 1) - 0.5;
+      one = std::max(
+          {std::abs(position.x()) - inside, std::abs(position.z()) - inside, 0.5 - position.y(), 0.0});
     }
     error = one <= error ? error : one;  // NaN counts
   }

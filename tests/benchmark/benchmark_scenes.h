@@ -23,8 +23,8 @@ struct BenchmarkScene {
 
 BenchmarkScene pendulum();          ///< a bar of 1 × 0.05 × 0.05 m, hung at its end, released level
 BenchmarkScene chain_of(int rods);  ///< of 0.5 m and 1 kg, released level
-BenchmarkScene net_of(
-    int side);  ///< side² balls on ball joints to their neighbours, hung at every fourth of an edge
+/// side² balls on ball joints to their neighbours, hung at every fourth of an edge.
+BenchmarkScene net_of(int side);
 BenchmarkScene heavy_chain();  ///< ten rods and a ball of 1000 kg, at 480 Hz: explicit joints need it
 BenchmarkScene stack_of(int boxes, double top_mass = 1);  ///< unit cubes of 1 kg, the top one of another
 BenchmarkScene pyramid_of(int base);                      ///< base (base + 1)/2 unit cubes, pitch 1.1 m

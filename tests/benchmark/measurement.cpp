@@ -6,6 +6,8 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "sim/measure/stepper.h"
 #include "sim/simulation.h"
@@ -28,12 +30,6 @@ std::string remark(const BenchmarkScene& scene, const Verdict& verdict) {
   return text;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 double cpu_time() {
@@ -44,14 +40,10 @@ double cpu_time() {
 
 void register_steps(const BenchmarkScene& scene, const std::string& engine, const MakeStepper& make,
                     const Settings& settings) {
-  // Judged once, before the first timing.
-  struct Judged {
-    bool yet = false;
-    Verdict verdict{};
-  };
-  const auto judged = std::make_shared<Judged>();
-  const auto run = [scene, make, settings, judged](::benchmark::State& state) {
-    if (!judged->yet) *judged = {true, judge(scene, *make(scene.scene, settings))};
+  // Judge the engine once, before the first timing.
+  const auto verdict = std::make_shared<std::optional<Verdict>>();
+  const auto run = [scene, make, settings, verdict](::benchmark::State& state) {
+    if (!*verdict) *verdict = judge(scene, *make(scene.scene, settings));
     double time = 0;
     for (auto unused : state) {
       (void)unused;
@@ -66,17 +58,15 @@ void register_steps(const BenchmarkScene& scene, const std::string& engine, cons
     const double step = time / (static_cast<double>(state.iterations()) * (scene.steps - 1));
     state.counters["us_per_step"] = 1e6 * step;
     state.counters["ns_per_body_step"] = 1e9 * step / static_cast<double>(scene.scene.bodies.size() - 1);
-    state.counters["error_m"] = judged->verdict.error;
-    state.SetLabel(remark(scene, judged->verdict));
+    state.counters["error_m"] = (*verdict)->error;
+    state.SetLabel(remark(scene, **verdict));
   };
   ::benchmark::RegisterBenchmark((scene.name + "/" + engine).c_str(), run)->UseManualTime();
 }
 
 void register_cost_of_a1(const BenchmarkScene& scene) {
   const auto run = [scene](::benchmark::State& state) {
-    Settings settings;
-    settings.algorithm = Algorithm::a1;
-    settings.step = scene.step;
+    const Settings settings{.algorithm = Algorithm::a1, .step = scene.step};
     double time = 0;
     double rows = 0;
     double sets = 0;
@@ -150,7 +140,9 @@ const Results::Line* Results::line(const std::string& name) const {
 double Results::median(const std::string& name, const std::string& figure) const {
   const Line* one = line(name);
   if (!one || !one->figures.contains(figure)) return std::numeric_limits<double>::quiet_NaN();
-  return median_of(one->figures.at(figure));
+  std::vector<double> values = one->figures.at(figure);
+  std::ranges::sort(values);
+  return values[values.size() / 2];
 }
 
 bool Results::failed(const std::string& name) const {
@@ -164,7 +156,8 @@ namespace {
 /// remarks. Figures that are not there are blank.
 std::string table(const Results& results, const std::vector<const Results::Line*>& lines,
                   const std::string& first, const std::vector<std::pair<std::string, std::string>>& columns,
-                  const std::string& remark) {
+                  const std::string& remark = "") {
+  if (lines.empty()) return "";
   std::string text = fmt::format("| {} |", first);
   std::string rule = "|---|";
   for (const auto& [figure, heading] : columns) {
@@ -209,27 +202,21 @@ std::string table(const Results& results) {
 }
 
 std::string stages(const Results& results) {
-  const std::vector<const Results::Line*> lines = lines_with(results, "part_of_rows");
-  if (lines.empty()) return "";
-  return table(results, lines, "scene",
+  return table(results, lines_with(results, "part_of_rows"), "scene",
                {{"us_geometry", "µs s1, geometry"},
                 {"us_formulation", "s2, rows"},
                 {"us_velocities", "s3, velocities"},
                 {"us_coordinates", "s4, coordinates"},
-                {"part_of_rows", "s1 and s2"}},
-               "");
+                {"part_of_rows", "s1 and s2"}});
 }
 
 std::string cost_of_a1(const Results& results) {
-  const std::vector<const Results::Line*> lines = lines_with(results, "rows");
-  if (lines.empty()) return "";
-  return table(results, lines, "scene",
+  return table(results, lines_with(results, "rows"), "scene",
                {{"rows", "rows"},
                 {"sets", "sets a step"},
                 {"us_per_step", "µs a step"},
                 {"ns_per_row", "ns a row"},
-                {"residual", "residual"}},
-               "");
+                {"residual", "residual"}});
 }
 
 std::string exponents_of_a1(const Results& results) {

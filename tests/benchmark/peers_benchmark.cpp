@@ -10,11 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "render/report/plot.h"
 #include "sim/measure/invariants.h"
@@ -136,10 +133,8 @@ std::string all_runs(const std::vector<SceneResult>& results) {
   std::string text = "| scene | run | ms a simulated second | m |\n|---|---|---:|---:|\n";
   for (const SceneResult& result : results) {
     for (const std::vector<Point>& points : result.points) {
-      for (const Point& point : points) {
-        text += fmt::format("| {} | {} | {:.3g} | {:.2g} |\n", result.scene.name, point.label, point.cost,
-                            point.error);
-      }
+      for (const auto& [label, cost, error] : points)
+        text += fmt::format("| {} | {} | {:.3g} | {:.2g} |\n", result.scene.name, label, cost, error);
     }
   }
   return text;
@@ -153,10 +148,8 @@ report::Sheet figure(const std::vector<SceneResult>& results, const std::vector<
   sheet.title = "What stands and what lies in piles: error against cost";
   sheet.caption = {
       "Largest displacement of any body in 10 s, of piles the deepest overlap in the last second, against "
-      "CPU "
-      "time. Errors beyond 10 µm and 10 m are drawn there. h = 1/60 s; A5 with 1, 2, 4, 8, 10, 16 and 32 "
-      "sub-steps, Bullet with 4, 10, 20 and 50 "
-      "iterations."};
+      "CPU time. Errors beyond 10 µm and 10 m are drawn there. h = 1/60 s; A5 with 1, 2, 4, 8, 10, 16 and 32 "
+      "sub-steps, Bullet with 4, 10, 20 and 50 iterations."};
   for (const SceneResult& result : results) {
     report::Panel panel;
     panel.title = result.scene.name;
@@ -164,9 +157,8 @@ report::Sheet figure(const std::vector<SceneResult>& results, const std::vector<
     panel.y = {"error, m", true, drawn_errors, {}};
     for (std::size_t i = 0; i < all.size(); ++i) {
       report::Series series{all[i].name, all[i].style};
-      for (const Point& point : result.points[i]) {
+      for (const Point& point : result.points[i])
         series.points.push_back({point.cost, std::clamp(point.error, drawn_errors[0], drawn_errors[1])});
-      }
       panel.series.push_back(std::move(series));
     }
     sheet.panels.push_back(std::move(panel));
