@@ -60,7 +60,7 @@ std::vector<double> slips_on_shaken_table(double throw_length, double rate, doub
   double place = 0;
   double time = 0;
   while (time < duration) {
-    // It sticks until the push is more than friction holds.
+    // The block sticks until the push exceeds friction.
     if (!(std::fabs(push(time)) > held))
       time = next_zero([&](double t) { return std::fabs(push(t)) - held; }, time, duration);
     if (time >= duration) break;

@@ -110,7 +110,7 @@ struct JointKinds : GltfBuilder {
         bob_look(finish::teal), {{.kind = linear, .axes = {0, 1, 2}, .max = reach}});
     add("distant_ball", column(3, upper), {.size = bob_size, .start = at(-0.3, -0.4, 0)},
         bob_look(finish::ivory), {{.kind = linear, .axes = {0, 1, 2}, .min = reach, .max = reach}});
-    // It turns about its joint.
+    // The arm turns about its joint.
     add("coned_arm", column(4, upper) * turn(Z, 1),
         {.size = arm_size,
          .hold = arm_top,

@@ -187,7 +187,7 @@ struct Conveyor : GltfBuilder {
     const int slope = node("slope", at(0, 0.75, -1.9) * turn(Z, -pi / 10));
     fixed_body("slab", at(0, -size.y() / 2, 0), {box_shape(size), physics_material(1)},
                {{rounded(box(size), 0.02), finish::maple}}, slope);
-    // As high as the slab's underside is there.
+    // The supports end at the slab's underside.
     const Mesh supports = Mesh()
                               .add(rounded(box({0.16, 1.0, 1.1}), 0.02), at(-1.4, 0.5, -1.9))
                               .add(rounded(box({0.16, 0.3, 1.1}), 0.02), at(1.0, 0.15, -1.9));
@@ -265,7 +265,7 @@ struct ShakenBlock : GltfBuilder {
     scenery("stand", {{rails, finish::steel}, {legs, finish::walnut}});
   }
 
-  /// The crank turns at a constant rate under any load. Its pin is in the table's upright slot.
+  /// Adds a crank that turns at a constant rate under any load; its pin is in the table's upright slot.
   int add_crank() {
     const Pose along_z = turn(X, pi / 2);
     const Mesh wheel = Mesh()
@@ -279,7 +279,7 @@ struct ShakenBlock : GltfBuilder {
                 {{wheel, finish::terracotta}, {pins, finish::brass}});
   }
 
-  /// At t = 0 the table is at its right end.
+  /// Adds the table, which is at its right end at t = 0.
   int add_table() {
     const Vector3 size(2.0, 0.08, 1.3);
     Mesh yoke;
@@ -334,7 +334,7 @@ GltfBuilder painleve_rod() {
             {.mass = 1000, .linear_velocity = {-30, 0, 0}, .kinematic = true},
             {gltf.box_shape({length, top, 1.2}), grip}, slats(70, {1, top, 1.2}, 0.015, 1));
 
-  // Its ends are edges, so that it touches at half-length 1 m whatever its lean. The lower end leads.
+  // The rod's ends are edges, so that it touches at half-length 1 m at any angle. The lower end leads.
   const Outline outline({point(-1, 0), point(0, -0.03125), point(1, 0), point(0, 0.03125)});
   const int hull = gltf.geometry(Mesh().add(faceted(prism(outline, 0.25)), turn(X, pi / 2)));
   const Mesh cap = Mesh().add(rod(0.22, 0.075, 0.02), turn(Z, pi / 2)).add(ball(0.06, 24), at(-0.97, 0, 0));

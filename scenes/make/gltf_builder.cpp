@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "sim/math/base64.h"
 
@@ -40,7 +39,7 @@ void append_float(std::string& bytes, double value) {
   append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(positive_zero(value))), 4);
 }
 
-/// Of a node whose −Z points along `direction` and whose +Y is as near to up as may be.
+/// Returns the orientation of a node whose −Z points along `direction` and whose +Y is nearest to up.
 Quaternion looking_along(const Vector3& direction) {
   Matrix3 axes;
   axes.col(2) = -direction.normalized();
@@ -66,8 +65,14 @@ GltfBuilder::GltfBuilder(std::string_view name, const Run& run, const Stage& sta
   settings() = {{"gravity", to_json(run.gravity)}, {"duration", run.duration}, {"step", run.step}};
   if (run.substeps) settings()["substeps"] = *run.substeps;
   if (run.poster) settings()["poster"] = *run.poster;
-  camera(stage);
-  sun(stage.light);
+  const Json lens = {{"aspectRatio", 16.0 / 9}, {"yfov", stage.yfov}, {"znear", 0.05}, {"zfar", 200.0}};
+  const int eye = node("camera", {stage.eye, looking_along(stage.target - stage.eye)});
+  document_["nodes"][eye]["camera"] =
+      append(document_["cameras"], {{"type", "perspective"}, {"perspective", lens}});
+  // The sun is warm white, of 3 lux.
+  const Json sun = {{"type", "directional"}, {"color", {1.0, 0.95, 0.86}}, {"intensity", 3.0}};
+  extension(node("sun", {Vector3::Zero(), looking_along(stage.light)}), lights)["light"] =
+      append(document_["extensions"][lights]["lights"], sun);
   if (stage.friction) ground(physics_material(*stage.friction));
 }
 
@@ -362,22 +367,6 @@ void GltfBuilder::joint(int node, int connected_node, int joint_description, boo
 int GltfBuilder::add_link(int number, int body, double length, int end, int joint_description) {
   joint(node("joint_" + std::to_string(number), at(-length / 2, 0, 0), body), end, joint_description);
   return node("end_" + std::to_string(number), at(length / 2, 0, 0), body);
-}
-
-void GltfBuilder::camera(const Stage& stage) {
-  const int index = append(
-      document_["cameras"],
-      {{"type", "perspective"},
-       {"perspective", {{"aspectRatio", 16.0 / 9}, {"yfov", stage.yfov}, {"znear", 0.05}, {"zfar", 200.0}}}});
-  const int eye = node("camera", {stage.eye, looking_along(stage.target - stage.eye)});
-  document_["nodes"][eye]["camera"] = index;
-}
-
-void GltfBuilder::sun(const Vector3& direction) {
-  // Warm white of 3 lux.
-  const int index = append(document_["extensions"][lights]["lights"],
-                           {{"type", "directional"}, {"color", {1.0, 0.95, 0.86}}, {"intensity", 3.0}});
-  extension(node("sun", {Vector3::Zero(), looking_along(direction)}), lights)["light"] = index;
 }
 
 std::string GltfBuilder::text() const {

@@ -221,9 +221,9 @@ class GltfBuilder {
   int capsule_shape(double radius_bottom, double radius_top, double height);
   /// Along Y; with a radius of 0 a cone.
   int cylinder_shape(double radius_bottom, double radius_top, double height);
-  /// Where two materials meet, the smaller friction counts. No restitution.
+  /// Adds a material without restitution; the smaller friction of two materials counts.
   int physics_material(double static_friction, std::optional<double> dynamic_friction = {});
-  /// Where two materials meet, the larger restitution counts, and the smaller friction.
+  /// Adds a material; the larger restitution of two materials counts, and the smaller friction.
   int bouncing_material(double restitution, double friction = 0);
 
   void motion(int node, const Motion& motion);
@@ -245,8 +245,6 @@ class GltfBuilder {
   std::string text() const;
 
  private:
-  void camera(const Stage& stage);
-  void sun(const Vector3& direction);
   int shape(const char* type, const Json& json);
   int surface(double static_friction, double dynamic_friction, double restitution, const char* combine);
   Json& settings() { return document_["scenes"][0]["extras"]["substep"]; }

@@ -298,7 +298,7 @@ struct Squeezer : GltfBuilder {
                Pose{(local(i) + local(i + 1)) / 2 + up, Quaternion::FromTwoVectors(X, along)});
     }
     if (name == "crank") bars.add(rod(0.014, 0.06, 0.003, 40), at(local(0) + up) * upright);
-    // It moves in the plane only: infinite moments across.
+    // The body moves in the plane only: its other moments are infinite.
     const int index = body(name, pose, {.mass = mass, .inertia = Vector3(0, 0, moment * scale * scale)},
                            {{bars, paint}, {pins, finish::brass}}, plane_);
     links_.push_back({name, pose, angle, index});

@@ -70,7 +70,7 @@ struct Bowling : GltfBuilder {
     }
   }
 
-  /// It slides, turning across its way, which bends it into the pocket beside the first pin.
+  /// Adds a ball that slides and turns across its path, which bends into the pocket beside the first pin.
   void add_ball() {
     constexpr double radius = 0.108;
     Mesh holes;
@@ -170,7 +170,7 @@ struct Funnel : GltfBuilder {
     cover.double_sided = true;
     const int steel = physics_material(0.5);
     const int surface = geometry(turned_surface(line_, 160));
-    // It turns, as the studs on its rim show: what slides on it without friction must not notice.
+    // The funnel turns, as the studs on its rim show; bodies that slide without friction must not notice.
     Mesh studs;
     for (int i = 0; i < 12; ++i)
       studs.add(ball(0.016, 16), turn(Y, pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0));
@@ -219,13 +219,13 @@ struct Funnel : GltfBuilder {
 
   /// Adds a ball that goes round on a ring, counted from the rim.
   void add_planet(const std::string& name, std::size_t ring, double angle, const Finish& paint) {
-    // Where the ring's straight side has the slope of the curve: at the geometric mean of its ends.
+    // The ring's straight side has the slope of the curve at the geometric mean of its ends.
     const SurfacePoint& inner = line_[ring + 1];
     const double r = std::sqrt(line_[ring].radius * inner.radius);
     const double sunk = height - k / r - inner.y - k / (r * r) * (r - inner.radius);
     const Vector3 centre = resting(r, planet_radius);
     const double distance = centre.x();
-    // Round a circle: gravity's part along the slope is what it takes to stay on it.
+    // On a circle the component of gravity along the slope is the centripetal force.
     const double speed = std::sqrt(9.81 * centre.z() * distance);
     const int planet =
         body(name, turn(Y, angle) * at(distance, centre.y() - sunk, 0),

@@ -103,7 +103,7 @@ class Valley {
   }
 };
 
-/// What planes at random distances leave of space: a solid with few, large, uneven faces.
+/// Returns the corners of the intersection of half-spaces at random distances: few, large, uneven faces.
 std::vector<Vector3> cut_stone(std::uint64_t seed, int planes, const Vector3& half_size) {
   constexpr double golden_angle = 2.399963229728653;
   // The corners of the solid are the faces of the hull of the planes' poles.
@@ -158,7 +158,8 @@ struct RockSlide : GltfBuilder {
     mesh.triangles.push_back({base, base + 1, base + 2});
   }
 
-  /// What is steep is rock (3), the bed and the run-out are scree (2), the rest is meadow (1) or grass (0).
+  /// Returns 3 (rock) for steep triangles, 2 (scree) for the bed and the run-out, else 1 (meadow) or 0
+  /// (grass).
   static std::size_t cover_of(const Vector3& a, const Vector3& b, const Vector3& c) {
     const Vector3 normal = (b - a).cross(c - a).normalized();
     const Vector3 centre = (a + b + c) / 3;

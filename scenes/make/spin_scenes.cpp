@@ -218,7 +218,7 @@ GltfBuilder rattleback() {
   for (const bool turns_back : {true, false}) {
     const std::string name = turns_back ? "turns_back" : "goes_on";
     const Quaternion orientation = (turn(X, tilt) * turn(Z, tilt)).orientation;
-    // All in the body's node, whose origin is the ellipsoid's centre.
+    // These vectors are in the body's node, whose origin is the ellipsoid's centre.
     const Vector3 up = orientation.conjugate() * Y;
     const Vector3 reach = half_axes.cwiseProduct(up);
     const Vector3 contact = -half_axes.cwiseProduct(reach) / reach.norm();
