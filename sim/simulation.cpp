@@ -13,14 +13,6 @@
 #include "sim/model/model.h"
 
 namespace substep {
-namespace {
-
-StepReport::Status status_of(MlcpReport::Status status) {
-  if (status == MlcpReport::Status::least_squares) return StepReport::Status::least_squares;
-  return status == MlcpReport::Status::unsolved ? StepReport::Status::unsolved : StepReport::Status::ok;
-}
-
-}  // namespace
 
 struct Simulation::Implementation {
   Implementation(const Scene& s, const Settings& set, Procedure p)
@@ -87,15 +79,6 @@ struct Simulation::Implementation {
     equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, most_divided));
   }
 
-  /// Returns the number of equal parts of the next step. A1 has more parts after a step in which joints
-  /// pulled harder, as those of whirling bodies do; A2 keeps the start's number, so that each step has as
-  /// many rows. Each part removes only its fraction of a joint's gap: removed faster, the gap would pull
-  /// harder yet.
-  int parts_of_next_step() const {
-    const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
-    return std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
-  }
-
   /// Takes the step in its equal parts.
   void step() {
     before_q = state.q;
@@ -104,7 +87,11 @@ struct Simulation::Implementation {
     report.status = StepReport::Status::ok;
     report.parts = 0;
     earlier_impulses.clear();
-    const int parts = parts_of_next_step();
+    // Take more parts in A1 after a step in which joints pulled harder, as those of whirling bodies do. A2
+    // keeps the start's number, so that each step has as many rows. Each part removes only its fraction of a
+    // joint's gap: removed faster, the gap would pull harder yet.
+    const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
+    const int parts = std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
     most_equal_parts = std::max(most_equal_parts, parts);
     equal_part = settings.step / parts;
     for (int i = 0; i < parts; ++i) {
@@ -149,8 +136,11 @@ struct Simulation::Implementation {
       if (!(sooner < part)) {
         take(part);
         if (report.status == StepReport::Status::diverged) return part;
-        sooner = is_last ? part : std::max(end_of_contacts(part), shortest);
-        if (!(sooner < part)) {
+        const auto missed = is_last ? std::nullopt : finder.missed(start, state.q, part);
+        // The path to what was missed bends at an impact, so its time is known only from there on.
+        const double first = finder.first_impact();
+        if (missed) sooner = std::max(first < part ? first : *missed, shortest);
+        if (!missed || !(sooner < part)) {
           state.contacts.swap(remembered);
           state.patches.swap(remembered_patches);
           state.joint_forces.swap(remembered_joints);
@@ -161,14 +151,6 @@ struct Simulation::Implementation {
       }
       part = sooner;
     }
-  }
-
-  /// Returns the time in the last part at which its contacts ceased to hold; infinite where all held.
-  double end_of_contacts(double part) {
-    const auto missed = finder.missed(start, state.q, part);
-    if (!missed) return std::numeric_limits<double>::infinity();
-    // The path to what was missed bends at an impact, so its time is known only from there on.
-    return finder.first_impact() < part ? finder.first_impact() : *missed;
   }
 
   /// s1, geometry: finds the contacts of the next `duration`.
@@ -290,34 +272,34 @@ struct Simulation::Implementation {
   void run_algorithm() {
     switch (settings.algorithm) {
       case Algorithm::a1:
-        proc1(state.q, state.v, part_settings, problem, work);
-        if (is_warm || follows_tension) keep_impulses(work.lambda, problem.c);
-        report.active_sets = work.report.active_sets;
-        report.residual = work.report.residual;
-        report.contradicting = work.report.contradicting;
-        report.status = std::max(report.status, status_of(work.report.status));
-        break;
+        return run_a1();
       case Algorithm::a2:
-        proc2(state.q, state.v, part_settings, problem, work);
-        break;
+        return proc2(state.q, state.v, part_settings, problem, work);
       case Algorithm::a3:
-        proc3(state.q, state.v, part_settings, problem, work);
-        break;
+        return proc3(state.q, state.v, part_settings, problem, work);
       case Algorithm::a4:
-        proc4(state.q, state.v, part_settings, problem, work);
-        break;
+        return proc4(state.q, state.v, part_settings, problem, work);
       case Algorithm::a5:
-        proc5(state.q, state.v, part_settings, problem, work);
-        break;
+        return proc5(state.q, state.v, part_settings, problem, work);
       case Algorithm::soft:
         soft_step(state.q, state.v, part_settings, problem, work.soft, work.carried);
         work.row_solves += work.soft.row_solves;
-        break;
+        return;
       case Algorithm::avbd:
         avbd(state.q, state.v, part_settings, problem, state.joint_forces, work.avbd, work.carried);
         work.row_solves += work.avbd.row_solves;
-        break;
+        return;
     }
+  }
+
+  void run_a1() {
+    proc1(state.q, state.v, part_settings, problem, work);
+    if (is_warm || follows_tension) keep_impulses(work.lambda, problem.c);
+    report.active_sets = work.report.active_sets;
+    report.residual = work.report.residual;
+    report.contradicting = work.report.contradicting;
+    // MlcpReport's statuses are the first three of StepReport.
+    report.status = std::max(report.status, static_cast<StepReport::Status>(work.report.status));
   }
 
   Scene scene;
@@ -348,7 +330,7 @@ struct Simulation::Implementation {
   bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
   bool is_direct;      ///< A1
   bool is_descendant;  ///< Soft Step, AVBD
-  std::vector<Contact> no_contacts;
+  const std::vector<Contact> no_contacts;
   const std::vector<Coordinates> no_coordinates;
   Problem problem;
   Work work;

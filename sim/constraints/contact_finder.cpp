@@ -77,7 +77,7 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
 }
 
 std::pair<std::uint32_t, std::uint32_t> ContactFinder::in_order(std::uint32_t i, std::uint32_t j) const {
-  // The normal is fixed in b. The static one is b; else the one that comes first in the file.
+  // Take the static body as b, in which the normal is fixed, else the first in the file.
   const bool swap = model_.masses[body_of(j)].inverse_mass == 0;
   return swap ? std::pair(i, j) : std::pair(j, i);
 }
@@ -131,8 +131,8 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   return contacts_;
 }
 
-/// Adds the contacts of colliders that are near, will not meet under gravity alone, and belong to bodies that
-/// touch other moving ones: these may push them together. In a pile that saves taking the step in parts.
+/// Adds the contacts of near colliders that do not meet under gravity alone, where their bodies touch other
+/// moving ones, which may push them together. This saves parts of steps in piles.
 void ContactFinder::add_neighbours() {
   if (neighbours_.empty()) return;
   is_pushed_.assign(model_.masses.size(), false);
@@ -169,7 +169,7 @@ MovingShape ContactFinder::moving(std::uint32_t i) {
   return {&collider.shape, collider.placement, candidates_[i].reach, motion_of(collider.body)};
 }
 
-/// Returns what is remembered of two colliders as a patch, or null.
+/// Returns the cached patch of two colliders, or null.
 const PatchShape* ContactFinder::patch_of(std::uint32_t a, std::uint32_t b) const {
   for (int i = patch_begins_[a]; i < patch_begins_[a + 1]; ++i) {
     const PatchShape& patch = state_->patches[patches_of_[i]];
@@ -178,8 +178,8 @@ const PatchShape* ContactFinder::patch_of(std::uint32_t a, std::uint32_t b) cons
   return nullptr;
 }
 
-/// Keeps a patch of the step before, if its bodies have barely moved relative to each other since it was
-/// found, and do not collide. Returns whether it does.
+/// Keeps a patch of the step before if its bodies have barely moved relative to each other since it was
+/// found, and do not collide. Returns true if the patch is kept.
 bool ContactFinder::keep_patch(const PatchShape& patch, double margin) {
   if (part_ != 1 || all_ || patch.left_over > 0 || margin > patch.margin) return false;
   const auto a = static_cast<std::uint32_t>(patch.collider_a);
@@ -229,7 +229,7 @@ bool ContactFinder::keep_patch(const PatchShape& patch, double margin) {
   return true;
 }
 
-/// Finds where each collider's points and patches begin among those remembered, which are sorted by it.
+/// Sets where each collider's points and patches begin in the contact cache, which is sorted by collider.
 void ContactFinder::list_remembered() {
   begins_.assign(candidates_.size() + 1, 0);
   const auto count = static_cast<int>(candidates_.size());
@@ -257,7 +257,7 @@ std::span<const ContactMemory> ContactFinder::remembered_of(std::uint32_t a, std
   return {begin, end};
 }
 
-/// Adds the contacts of two colliders that touch, or that are apart and meet.
+/// Adds the contacts of two colliders that touch or meet.
 void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   const Shape& shape_a = candidates_[a].collider->shape;
   const Shape& shape_b = candidates_[b].collider->shape;

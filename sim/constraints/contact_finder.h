@@ -47,56 +47,54 @@ struct PairMaterial {
   double restitution;
 };
 
-/// Finds the contacts of a step. Keeps its arrays from step to step, not its answers.
+/// Finds the contacts of a step. Keeps its arrays from step to step, not its results.
 ///
-/// Shapes that touch are in contact. Shapes that are apart are, if they meet within the duration with the
-/// motion that the bodies have at its start, under gravity alone; the contact has the plane and the points
-/// that they meet with, so that what misses a corner is not stopped by the corner's plane. Where other
-/// contacts give the bodies another motion, missed() says what they meet instead.
+/// Shapes that touch are in contact. Separate shapes are in contact if they meet within the duration under
+/// gravity alone. Such a contact has the plane and the points of the meeting, so that the plane of a corner
+/// does not stop a body that misses the corner. missed() finds the meetings of bodies to which other contacts
+/// give another motion.
 class ContactFinder {
  public:
   ContactFinder(const Scene& scene, const Model& model);
 
-  /// Returns the contacts of `duration` seconds in `substeps` sub-steps from a state; friction and overlaps
-  /// as the state remembers them. With `aligned`, the first tangent is along the slip velocity that gravity
-  /// leaves, where there is any; else it depends on the normal alone. `part`: of the step, that the duration
-  /// is. `all`: whatever is near is in contact, with the plane that it has at the start.
+  /// Returns the contacts of `duration` seconds in `substeps` sub-steps from a state, with the friction and
+  /// the overlaps of its contact cache. `aligned`: the first tangent is along the slip velocity with gravity,
+  /// where there is any; else it depends on the normal alone. `part`: fraction of the step that the duration
+  /// is. `all`: all near shapes are in contact, with the planes of the start.
   const std::vector<Contact>& find(const State& state, double duration, int substeps, bool aligned = false,
                                    double part = 1, bool all = false);
 
   /// Returns the patches of the step before that still hold: their bodies have moved by less than 1e-3 of the
   /// smaller shape's size relative to each other since the patch was found. The contacts of the last find()
-  /// are without theirs.
+  /// do not include their points.
   std::vector<PatchShape>& kept_patches() { return kept_; }
 
-  /// Returns the time in [0, duration] at which the contacts of the last find() no longer are all: bodies
-  /// that were to move otherwise meet with a motion that led from `state` to `end`, and would overlap by more
-  /// than `tolerated_overlap`. Nothing where there is no such time.
+  /// Returns the time in [0, duration] from which the contacts of the last find() are incomplete: other
+  /// bodies meet by the motion from `state` to `end` and would overlap by more than `tolerated_overlap`.
+  /// Nothing where they are complete.
   std::optional<double> missed(const State& state, const std::vector<Coordinates>& end, double duration);
 
-  /// Returns whether a body touches another in the last contacts, and no impact is why.
+  /// Returns whether a body touches another in the last contacts without an impact.
   bool is_at_rest(int body) const { return is_at_rest_[body]; }
 
-  /// Returns what gravity does to a body's velocity, m/s².
+  /// Returns a body's acceleration by gravity, m/s².
   Vector3 fall_of(int body) const {
     if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
     return model_.gravity * model_.masses[body].gravity_factor;
   }
 
-  /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
+  /// Returns the time of the first impact among the last contacts that turns a body aside, or infinity.
   double first_impact() const { return first_impact_; }
 
-  /// Returns the time of the first impact among the last contacts that has to be given when it happens: of a
-  /// body that turns by more than 0.02 rad in the duration, for its friction would be given in axes of
-  /// another time; and a fast one without restitution of a single sub-step, which would only close the gap.
-  /// Infinite without.
+  /// Returns the time of the first impact among the last contacts that must be solved when it happens, or
+  /// infinity: of a body that turns by more than 0.02 rad in the duration, whose tangents change until then;
+  /// and a fast one without restitution in a single sub-step, which would only close the gap.
   double first_timed_impact() const { return first_timed_impact_; }
 
-  /// Overlap that a body may have with another when an impact turned it aside, relative to the smaller shape.
+  /// Largest overlap of a body that an impact turned aside with another one, relative to the smaller shape.
   static constexpr double tolerated_overlap = 0.01;
 
-  /// Returns true where two colliders can touch: one of them moves, and no joint or filter keeps them from
-  /// it.
+  /// Returns true where two colliders can touch: one of them moves, and no joint or filter excludes the pair.
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
 
  private:
@@ -106,7 +104,7 @@ class ContactFinder {
     double size;   ///< of the shape, m; infinite for planes
     bool curved;   ///< not flat everywhere
   };
-  /// Two colliders that are apart and meet.
+  /// A meeting of two separate colliders.
   struct Meeting {
     std::uint32_t a;
     std::uint32_t b;

@@ -12,7 +12,7 @@
 namespace substep {
 namespace {
 
-/// Directions that differ by less are of one face that is tilted a little.
+/// Least cosine of the angle between directions of one face that is tilted a little.
 constexpr double cosine_of_tilt = 0.999;
 
 /// Depth below another face's plane at which a face is flush with it, relative to the smaller shape.
@@ -23,9 +23,8 @@ constexpr double deep = 0.05;
 
 }  // namespace
 
-/// Leaves out what a body meets only after an impact that turns it aside, for it may never get there, and
-/// what it is flying away from when it has one, for to meet that again is another impact. missed() says if it
-/// does.
+/// Leaves out the meetings of a body after an impact that turns it aside, which may never happen, and its
+/// contacts with shapes that it leaves before such an impact. missed() finds those that happen.
 void ContactFinder::keep_first_impacts() {
   first_impact_ = first_timed_impact_ = std::numeric_limits<double>::infinity();
   is_left_out_.assign(model_.masses.size(), false);
@@ -38,7 +37,7 @@ void ContactFinder::keep_first_impacts() {
       if (model_.masses[body].inverse_mass > 0) earliest_[body] = std::min(earliest_[body], meeting.time);
     }
   }
-  // Meetings at once, but for rounding, stay for all bodies.
+  // Keep meetings that are simultaneous up to rounding.
   const double at_once = 1e-6 * duration_;
   for (const Meeting& meeting : meetings_) {
     const auto is_after = [&](std::uint32_t i) {
@@ -64,9 +63,9 @@ void ContactFinder::keep_first_impacts() {
   }
 }
 
-/// Leaves out the contacts of a collider with what lies wholly below the plane of another contact of it:
-/// flush faces are one floor, whose inner edges stop nothing. Two kept patches were compared when they were
-/// found.
+/// Leaves out the contacts of a collider with shapes that lie wholly below the plane of another of its
+/// contacts: flush faces are one floor, whose inner edges stop nothing. Two kept patches were compared when
+/// they were found.
 void ContactFinder::drop_flush() {
   group_of_.assign(candidates_.size(), -1);
   bool any_shared = false;
@@ -114,8 +113,8 @@ void ContactFinder::remove_dropped() {
   std::erase_if(kept_, [](const PatchShape& patch) { return patch.collider_a < 0; });
 }
 
-/// Returns the normal of a collider's face that looks into a direction, to 0.05 rad; the direction where none
-/// does.
+/// Returns the normal of a collider's face in a direction, to 0.05 rad, or the direction if there is no such
+/// face.
 Vector3 ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction) const {
   const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
   if (!polytope) return direction;
@@ -127,7 +126,7 @@ Vector3 ContactFinder::face_towards(std::uint32_t collider, const Vector3& direc
   return direction;
 }
 
-/// Returns whether a direction is across a face of a collider.
+/// Returns whether a direction is the normal of a collider's face, or its opposite.
 bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction) const {
   const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
   if (!polytope) return false;
@@ -136,18 +135,19 @@ bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction)
                              [&](const Vector3& normal) { return std::abs(normal.dot(local)) > 1 - 1e-12; });
 }
 
-/// Returns whether what a collider touches in the contacts of `other` is below the plane of `floor`.
+/// Returns whether the shape that a collider touches in the contacts of `other` is below the plane of
+/// `floor`.
 bool ContactFinder::is_flush(int collider, const Group& floor, const Group& other) const {
   const bool is_a = floor.colliders[0] == collider;
   const bool is_a_of_other = other.colliders[0] == collider;
   const int below = other.colliders[is_a_of_other ? 1 : 0];
-  // The floor's own face: what stands on it may tilt a little.
+  // Take the normal of the floor's own face, since a body on it may tilt a little.
   const int under = floor.colliders[is_a ? 1 : 0];
   const Vector3 up = face_towards(static_cast<std::uint32_t>(under), (is_a ? 1 : -1) * floor.normal);
   const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
-  // A body that stands on a face bears on it; only its edges and sides are inside the floor.
+  // Keep a face that the body stands on; only edges and sides can be inside the floor.
   constexpr int corners_of_face = 3;
   if (cosine > cosine_of_tilt &&
       (other.points >= corners_of_face || is_of_face(static_cast<std::uint32_t>(below), other_up) ||
@@ -163,7 +163,7 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const Vector3 on_other = point_on(other, is_a_of_other);
   if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall_)) return false;
   if (std::holds_alternative<TriangleMesh>(shape) || std::holds_alternative<Plane>(shape)) return false;
-  // A floor that is struck may give way.
+  // Keep the contacts beside a floor that is struck, which may yield.
   const auto speed_of = [&](int k, const Vector3& arm) -> Vector3 {
     const int body = body_of(floor.colliders[k]);
     return state_->v[body].linear + state_->v[body].angular.cross(orientation_of(body) * arm);
@@ -228,7 +228,7 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     const MovingShape a = moved(i);
     const MovingShape b = moved(j);
     if (std::ranges::binary_search(touching_, pair)) {
-      // Shapes that touch in one place may come down in another, of which the contacts know nothing.
+      // Find shapes that touch at one point and come down at another, which has no contact.
       constexpr double shortest = 1.0 / 16;
       if (part_ > shortest && depth_after(a, b, duration) > depth_after(a, b, 0) + deep * size) {
         first = std::min(first.value_or(duration), duration / 2);

@@ -1,4 +1,4 @@
-// The contacts of two colliders: directions, friction, impacts, and the memory of each point.
+// The contacts of two colliders: directions, friction, impacts, and the cached data of each point.
 
 #include <algorithm>
 #include <limits>
@@ -9,15 +9,15 @@
 namespace substep {
 namespace {
 
-/// Returns a unit vector across `normal`, by the world axis that it is farthest from.
+/// Returns a unit vector across `normal`, from the world axis that is farthest from it.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
   normal.cwiseAbs().minCoeff(&least);
   return normal.cross(Vector3::Unit(least)).normalized();
 }
 
-/// Returns a unit vector along the part of `velocity` across `normal`; where that is no more than `rounding`,
-/// across().
+/// Returns the unit vector along the component of `velocity` across `normal`, or across() where that
+/// component is at most `rounding`.
 Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
   const Vector3 slip = velocity - normal * normal.dot(velocity);
   return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
@@ -46,10 +46,10 @@ double combine(Combine how, double a, double b) {
   return a * b;
 }
 
-/// Approach below which bodies have met already, relative to their speeds.
+/// Approach below which bodies are at rest on each other, relative to their speeds.
 constexpr double resting = 0.01;
 
-/// Slip in a step by which bodies pass each other by, relative to the smaller shape.
+/// Slip in a step with which bodies pass each other, relative to the smaller shape.
 constexpr double passing = 0.02;
 
 }  // namespace
@@ -178,17 +178,18 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
   }
 }
 
-/// Sets whether a point has an impact, and notes how fast the pair approaches. `velocity`: of the point on a
-/// relative to b.
+/// Sets whether a point has an impact, and the approach of the pair. `velocity`: of the point on a relative
+/// to b.
 void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity,
                                double slip_speed, Contact& contact) {
   const double restitution = pair.material.restitution;
   contact.resting_acceleration = 2 * pair.acceleration.norm();
   contact.acceleration = -point.normal.dot(pair.acceleration);
-  // Bodies that do not approach when the step begins have no impact, though others may press them together
-  // in the step: the law of impact holds for all contacts of a step at once.
+  // Give no impact to bodies that do not approach at the start of the step, though others may press them
+  // together: the law of impact holds for all contacts of a step at once.
   const double approach = duration_ * contact.acceleration - point.normal.dot(velocity);
-  // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
+  // Stop bodies at once in a single sub-step only where they would pass each other: they stay short of the
+  // surface.
   const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * pair.size;
   const bool is_met =
       point.distance <= touching * pair.size && point.distance >= -tolerated_overlap * pair.size;
@@ -203,8 +204,8 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
   }
 }
 
-/// Sets how far apart two points are at the start that meet later: by their way until then, and by the
-/// turning of their arms. `b`: the orientation of b at the start.
+/// Sets the distance at the start of two points that meet later: their path until then, and the turning of
+/// their arms. `b`: the orientation of b at the start.
 void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b,
                                 Contact& contact) const {
   const Vector3 turning = pair.time * (pair.va.angular.cross(point.on_a - pair.body_a.position) -
@@ -215,8 +216,8 @@ void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, con
   contact.displacement_2 = -(b * contact.tangent_b2).dot(apart);
 }
 
-/// Sets what a point that touches has of the step before: the overlap that is left over, and the displacement
-/// of friction.
+/// Sets the cached data of a point that touches: the overlap that is left over, and the displacement of
+/// friction.
 void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double slip_speed,
                            Contact& contact) const {
   const double slip = duration_ * slip_speed;
@@ -226,12 +227,12 @@ void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double s
   } else if (slip < same_place * pair.size) {
     remember(*pair.patch, pair.patch_slip, -point.distance, contact);
   }
-  // A part of a step recovers its part of an overlap, at the speed at which the step would.
+  // Recover an overlap in a part of a step at the speed of the whole step.
   contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
 }
 
-/// Returns what of an overlap a step recovers: as much as gravity takes back in the next, so that the bodies
-/// do not fly apart. Without gravity it takes ten seconds for the smaller shape's size.
+/// Returns the overlap that a step recovers, m: as much as gravity takes back in the next, so that the bodies
+/// do not separate. Without gravity, recovering the smaller shape's size takes ten seconds.
 double ContactFinder::recovered(const Contact& contact) const {
   const double gravity = model_.gravity.norm();
   const double speed =
@@ -239,7 +240,7 @@ double ContactFinder::recovered(const Contact& contact) const {
   return duration_ * speed;
 }
 
-/// Sets how the point and the normal move as one or both of the colliders roll.
+/// Sets the motion of the point and the normal where one or both of the colliders roll.
 void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
                                 Contact& contact) const {
   const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,
@@ -265,7 +266,7 @@ void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, c
   contact.turns_with_neither = b_is_curved && a_is_curved;
 }
 
-/// Sets the memory of the nearest of these colliders' points, if it is the same point.
+/// Sets the cached data of the nearest of these colliders' points, if it is the same point.
 void ContactFinder::remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                              Contact& contact) const {
   if (remembered.empty()) return;
@@ -276,7 +277,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   double left_over = 0;
   for (const ContactMemory& memory : remembered) {
     left_over = std::max(left_over, memory.left_over);
-    // A force on a point of one body stays wherever the point slides on the other.
+    // Keep the force on a point of one body wherever the point slides on the other.
     const double beside =
         std::min((memory.arm_a - contact.arm_a).squaredNorm(), (memory.arm_b - contact.arm_b).squaredNorm());
     if (beside < nearest_force) {
@@ -296,7 +297,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
 }
 
-/// Sets the memory from two colliders' patch.
+/// Sets the cached data from two colliders' patch.
 void ContactFinder::remember(const PatchShape& patch, const Vector3& slip, double overlap,
                              Contact& contact) const {
   const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);

@@ -114,23 +114,25 @@ void JointSolver::analyse(const Mlcp& problem) {
     }
   }
   factor_.analyse(static_cast<int>(groups_.size()), pairs);
+  for (Product& product : products_) {
+    if (!factor_.is_transposed(product.pair)) continue;
+    std::swap(product.row, product.column);
+    std::swap(product.row_is_a, product.column_is_a);
+  }
 }
 
 bool JointSolver::factor(const Mlcp& problem, double shift) {
   factor_.clear();
   for (const Product& product : products_) {
-    const bool is_transposed = factor_.is_transposed(product.pair);
     Matrix3& block = factor_.block(product.pair);
-    const Group& one = groups_[is_transposed ? product.column : product.row];
-    const Group& other = groups_[is_transposed ? product.row : product.column];
-    const bool one_is_a = is_transposed ? product.column_is_a : product.row_is_a;
-    const bool other_is_a = is_transposed ? product.row_is_a : product.column_is_a;
-    for (int c = 0; c < other.rows; ++c) {
-      const Mlcp::Row& column = problem.rows[other.row[c]];
-      const Vector6& part = other_is_a ? column.part_a : column.part_b;
-      for (int r = 0; r < one.rows; ++r) {
-        const Mlcp::Row& row = problem.rows[one.row[r]];
-        block(r, c) += (one_is_a ? row.part_a : row.part_b).dot(part);
+    const Group& rows = groups_[product.row];
+    const Group& columns = groups_[product.column];
+    for (int c = 0; c < columns.rows; ++c) {
+      const Mlcp::Row& column = problem.rows[columns.row[c]];
+      const Vector6& part = product.column_is_a ? column.part_a : column.part_b;
+      for (int r = 0; r < rows.rows; ++r) {
+        const Mlcp::Row& row = problem.rows[rows.row[r]];
+        block(r, c) += (product.row_is_a ? row.part_a : row.part_b).dot(part);
       }
     }
   }

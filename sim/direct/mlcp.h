@@ -91,25 +91,24 @@ struct MlcpReport {
 /// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
 /// problem itself hold.
 ///
-/// A pair that slides has an impulse of μ λ_n along a direction, and across it, where the slip may turn it, a
-/// row with softness |w_t|/(μ λ_n): this is Newton's method on the disc's law. The direction follows λ −
-/// w/Γ_xx from set to set, like the signs; where nothing slides, nothing is solved again for it.
+/// A pair that slides has an impulse of μ λ_n along a direction, and across it a row with softness |w_t|/(μ
+/// λ_n): this is Newton's method on the disc's law. The direction follows λ − w/Γ_xx from set to set, like
+/// the signs.
 ///
-/// What the moves of the centre leave is in directions in which Γ has next to nothing. If these are below
-/// `rank_tolerance` and of rows without limits, further moves would only drive impulses apart, and with them,
-/// in the end, the velocities: a closed loop would be stopped dead for 1e-6 of a right side. So they end
-/// there.
+/// The residual that moves of the centre leave lies in directions in which Γ has next to nothing. The moves
+/// end where these are below `rank_tolerance` and of rows without limits. Further moves would drive impulses
+/// apart, and in the end velocities: they would stop a closed loop for 1e-6 of a right side.
 ///
-/// ε is small at first. The active sets start from the guess of λ, then from nothing giving way, as in what
-/// rests. What has no guess, as at a scene's start, is solved from within its limits: an interior point
-/// method's impulses are in the middle of all that solve the problem, and good guesses ever after.
+/// ε is small at first. The active sets start from the guess of λ, then from all rows free, as in scenes at
+/// rest. An interior point method solves problems without a guess, as at a scene's start: its impulses are in
+/// the middle of all solutions, and good guesses for the next steps.
 ///
-/// Where none of that leads to a solution, ε starts large, so that few rows give way at once. At first every
-/// set moves the centre, and ε falls and rises with the residual: pseudo-transient continuation (Kelley and
-/// Keyes, 1998). What that leaves is tried from within its limits, too. Then the centre moves when a few sets
-/// have solved the problem about it to a part of the residual; ε is halved where they do, and raised where
-/// they do not: the inexact proximal point method. A solver keeps its memory from call to call, not its
-/// answers: equal problems with equal guesses have equal solutions.
+/// Where these methods fail, ε starts large, so that few rows reach their limits at once. At first every set
+/// moves the centre, and ε falls and rises with the residual: pseudo-transient continuation (Kelley and
+/// Keyes, 1998). Then the interior point method follows for problems with a guess. At last the centre moves
+/// when a few sets have solved the problem about it to a fraction of the residual; ε is halved where they do,
+/// and raised where they do not: the inexact proximal point method. A solver keeps its memory from call to
+/// call, not its results: equal problems with equal guesses have equal solutions.
 class MlcpSolver {
  public:
   virtual ~MlcpSolver() = default;

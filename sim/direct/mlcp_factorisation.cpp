@@ -20,7 +20,7 @@ struct Column {
   Two last;
 };
 
-[[gnu::always_inline]] inline Column load(const double* from) {
+SUBSTEP_KERNEL Column load(const double* from) {
   // A block may begin at any double.
   Column column;
   std::memcpy(&column.first, from, sizeof column.first);
@@ -28,13 +28,13 @@ struct Column {
   return column;
 }
 
-[[gnu::always_inline]] inline void store(const Column& column, double* to) {
+SUBSTEP_KERNEL void store(const Column& column, double* to) {
   std::memcpy(to, &column.first, sizeof column.first);
   std::memcpy(to + 4, &column.last, sizeof column.last);
 }
 
-[[gnu::always_inline]] inline void subtract_products_lanes(const Matrix6& lower, const Matrix6* upper,
-                                                           const int* targets, int count, Matrix6* blocks) {
+SUBSTEP_KERNEL void subtract_products_lanes(const Matrix6& lower, const Matrix6* upper, const int* targets,
+                                            int count, Matrix6* blocks) {
   for (int k = 0; k < count; ++k) {
     const double* const from = upper[2 * k].data();
     double* const to = blocks[targets[k]].data();
@@ -61,8 +61,8 @@ struct Column {
   }
 }
 
-[[gnu::always_inline]] inline void add_products_lanes(const Vector6* columns, const Vector6* rows, int count,
-                                                      Matrix6& block) {
+SUBSTEP_KERNEL void add_products_lanes(const Vector6* columns, const Vector6* rows, int count,
+                                       Matrix6& block) {
   for (int j = 0; j < 6; ++j) {
     Column sum = load(block.data() + 6 * j);
     for (int k = 0; k < count; ++k) {

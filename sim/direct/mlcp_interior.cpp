@@ -1,4 +1,4 @@
-// From within the limits: an interior point method, which takes some thirty factorisations at any size.
+// An interior point method, which takes some thirty factorisations at any size.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -17,8 +17,9 @@ constexpr double near_solution = 1e-8;  ///< residual from which active sets end
 /// ε of the steps. With 1e-10 rounding leaves 1e-4 of piles' right sides, with 1e-7 more steps are short.
 constexpr double proximal_of_steps = 1e-8;
 constexpr double part_of_way = 0.99;
-/// Where a step would be shorter than this, a few contacts stop it, whose path turns back as friction follows
-/// the normal: then each contact goes its own way. A pile of 250 ends at 6e-3 without.
+/// Length below which each contact takes a step of its own length: a few contacts stop the common step, since
+/// their path turns back as friction follows the normal. Without own lengths a pile of 250 ends at a residual
+/// of 6e-3.
 constexpr double short_way = 0.2;
 constexpr double part_of_own_way = 0.9;
 constexpr double endless = std::numeric_limits<double>::infinity();
@@ -56,7 +57,7 @@ bool MlcpSolver::list_units() {
       units_.push_back(unit);
       continue;
     }
-    // A normal comes before its friction.
+    // The unit of the normal is known, as it comes before its friction.
     if (pair_[i] == Pair::none || unit_of_[row.normal] < 0) return false;
     const Row& normal = rows()[row.normal];
     if (normal.a != row.a || normal.b != row.b || normal.low != 0 || std::isfinite(normal.high)) return false;
@@ -68,7 +69,7 @@ bool MlcpSolver::list_units() {
   return true;
 }
 
-/// Starts in the middle of the limits.
+/// Sets a unit to the middle of its limits.
 void MlcpSolver::start_unit(Unit& unit) const {
   const Row& row = rows()[unit.row[0]];
   const double one = root_gamma_[unit.row[0]] / scale_;
@@ -84,7 +85,7 @@ void MlcpSolver::start_unit(Unit& unit) const {
   unit.upper = unit.has_high ? 1 : 0;
 }
 
-/// Sets what the rows' velocities have beyond w.
+/// Sets the rows' velocities less w.
 void MlcpSolver::set_rests() {
   for (Unit& unit : units_) {
     for (int k = 0; k < unit.rows(); ++k)
@@ -241,7 +242,7 @@ void MlcpSolver::factor_units() {
   eliminate();
 }
 
-/// Takes the step: the same part of all, or where that is short, of each as much as its limits allow.
+/// Takes the step: the same fraction of all, or where that is short, of each as much as its limits allow.
 void MlcpSolver::take_step() {
   const double common = std::min(1.0, part_of_way * way_within());
   for (Unit& unit : units_) {
@@ -274,7 +275,7 @@ bool MlcpSolver::solve_interior() {
     factor_units();
     ++report_.active_sets;
     report_.row_solves += static_cast<std::int64_t>(lambda_.size());
-    // The length of the step to products of zero says how small they may be made at once.
+    // Choose the next products by the length of the step to products of zero.
     const double mean = mean_product(0);
     set_directions(0);
     const double ratio = std::clamp(mean_product(std::min(1.0, way_within())) / mean, 1e-3, 1.0);

@@ -15,9 +15,9 @@ namespace {
 /// their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_usual_sets = 60;  // a wall of 225 boxes takes at most 40
-/// With this part of its residual left about a centre, the centre moves on, whatever signs still change.
+/// Fraction of the residual about a centre from which the centre moves, whatever signs still change.
 constexpr double solved_about_centre = 0.1;
-/// Sets after which a residual above this part of the first one says that they go round in circles.
+/// Number of sets after which a residual above this fraction of the first one shows that they cycle.
 constexpr int sets_of_guess = 3;
 constexpr double promising = 0.1;
 constexpr int most_rounds = 400;
@@ -44,21 +44,22 @@ constexpr int most_transient = 60;
 constexpr int most_sets = 2000;
 constexpr double least_fall = 0.1;  ///< of ε from set to set
 constexpr double most_rise = 4;
-/// A residual below `small` that changes by a ratio between these stands still: only a smaller ε helps.
+/// Ratios between which a residual below `small` stands still: only a smaller ε helps.
 constexpr double stands = 0.9;
 constexpr double rises = 1.02;
 constexpr double small = 1e-5;
-/// A residual above both so much of the best and of the first one has left the way to the solution.
+/// Multiples of the best and the first residual above both of which the sets have left the way to the
+/// solution.
 constexpr double lost_of_best = 30;
 constexpr double lost_of_first = 3;
-/// Part of the residual that may be left of the problem about a centre when it moves.
+/// Fraction of the residual that the problem about a centre may have left when the centre moves.
 constexpr double settled = 0.3;
 constexpr int most_sets_in_move = 6;
 constexpr int few_sets_in_move = 3;
 constexpr double after_few = 0.5;
 constexpr double after_failure = 8;
 
-/// When to end: where the residual is rounding, or below the tolerance and no longer falls.
+/// Ends the moves where the residual is rounding, or below the tolerance and no longer falls.
 class Progress {
  public:
   bool ends(double residual, const MlcpReport& report) {
@@ -99,7 +100,7 @@ int MlcpSolver::classify() {
     } else if (pair_[i] == Pair::second) {
       set_[i] = set_[i - 1];
     } else if (row.normal >= 0) {
-      // A normal comes before its friction, so its new set is known.
+      // The new set of the normal is known, as it comes before its friction.
       const double high = limit(row, lambda_[row.normal]);
       if (set_[row.normal] != Set::free) {
         set_[i] = Set::off;
@@ -169,7 +170,7 @@ bool MlcpSolver::solve_active_sets(Start start) {
     } else {
       const int changed = classify();
       another_set = round == 0 || (!is_about_centre && (changed > 0 || turned_ > settled_turn));
-      // Where much gives way at once, the sweeps' guess is better than this one.
+      // End where many rows reach their limits at once: this first set is a bad guess then.
       if (start == Start::perhaps_free && sets == 1 && 8 * changed > row_count) break;
       if (is_limited_ && sets >= sets_of_guess && report_.residual > promising * at_start) break;
     }
@@ -181,7 +182,7 @@ bool MlcpSolver::solve_active_sets(Start start) {
       report_.row_solves += row_count;
     }
     if (!another_set || sets_about_centre > most_sets_about_centre) {
-      // λ solves the problem with the proximal term (or its sets go round in a circle): the centre moves on.
+      // Move the centre: λ solves the problem with the proximal term, or its sets cycle.
       const double now = keep_if_better();
       idle = report_.residual < 0.9 * at_centre ? 0 : idle + 1;
       at_centre = report_.residual;
@@ -260,7 +261,7 @@ bool MlcpSolver::solve_by_centres() {
     sets += about_centre;
     if (progress.ends(whole, report_)) return false;
     if (!(left < settled * whole)) {
-      lambda_ = centre_;  // keeps what impulses that close a contact have grown to
+      lambda_ = centre_;  // keeps impulses that have grown to close a contact
       proximal_ = std::min(after_failure * proximal_, 1.0);
       continue;
     }

@@ -2,6 +2,9 @@
 /// Kernels on lanes are compiled twice, for the vectors of every x86-64 and for wider ones: the same
 /// operations, so the same bits.
 
+/// Marks a function that is inlined into kernels of both widths.
+#define SUBSTEP_KERNEL [[gnu::always_inline]] inline
+
 namespace substep {
 
 /// Returns true where the processor has wider vectors according to glibc, whose tunables can hide them for a
