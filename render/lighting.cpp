@@ -13,12 +13,12 @@ glm::vec4 vector(const Vector3& v, double w) {
   return glm::dvec4(v.x(), v.y(), v.z(), w);
 }
 
-double illuminance_at(const Light& light, const Vector3& place) {
+double illuminance_at(const Light& light, const Vector3& position) {
   if (light.kind == Light::Kind::directional) return light.intensity;
-  return light.intensity / std::max((light.position - place).squaredNorm(), 1e-4);
+  return light.intensity / std::max((light.position - position).squaredNorm(), 1e-4);
 }
 
-/// Returns the point that lamps are compared at: the middle of the parts at the start.
+/// Returns the mean of the parts' centres at the start, where lamps are compared.
 Vector3 middle_of(const Scene& scene, std::span<const Part> parts) {
   Vector3 middle = Vector3::Zero();
   for (const Part& part : parts) middle += scene.bodies[part.body].pose * part.centre();
@@ -56,7 +56,7 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
     key = illuminance;
     lamps.key = i;
   }
-  // Files with lamps as bright as real ones mean a camera that is stopped down.
+  // Dim lamps as bright as real ones, which suppose a camera's exposure.
   constexpr double brightest_without_exposure = 30;
   const double brightness = brightest > brightest_without_exposure ? 3 / brightest : 1;
   for (int i = 0; i < lamps.count; ++i) set(lamps, i, scene.lights[i], brightness);
@@ -65,7 +65,7 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
 }
 
 glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamps, double ground) {
-  // A file with other lights is meant to be seen by these.
+  // Only files without lights get the default sun.
   const double illuminance = scene.lights.empty() ? 3 : 0;
   const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, illuminance});
   const double length = sun.direction.norm();
@@ -110,7 +110,7 @@ glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int heigh
       0);
   frame.ray_right = glm::dvec4(view.right * (2 * view.tangent_x / width), 0);
   frame.ray_up = glm::dvec4(view.up * (2 * view.tangent_y / height), 0);
-  // Lines a decimetre apart help where the picture shows a few metres only.
+  // Fade in lines a decimetre apart where the picture shows only a few metres.
   const double fine = std::clamp((8 - focus) / 4, 0.0, 1.0);
   frame.ground_reach = glm::dvec4(2.5 * focus, reach, fine, 2 * reach);
   return from_world;

@@ -31,7 +31,7 @@ std::string filled(std::string_view page, const std::vector<std::pair<std::strin
     if (close == std::string_view::npos) break;
     const std::string_view name = page.substr(open + 2, close - open - 2);
     const auto found = std::ranges::find(contents, name, &std::pair<std::string, std::string>::first);
-    if (found == contents.end()) throw std::logic_error("a page names what it is not given");
+    if (found == contents.end()) throw std::logic_error("a page has a field without content");
     result += found->second;
     page.remove_prefix(close + 2);
   }

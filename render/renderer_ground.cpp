@@ -1,4 +1,4 @@
-// The maps that light on the ground depends on, and drawing of ground and sky.
+// Draws ground and sky, and the maps of shadow and occlusion that light on the ground depends on.
 
 #include <algorithm>
 #include <limits>
@@ -37,8 +37,8 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
   const ShadowView seen =
       key.w > 0 ? fit_lamp_view(glm::dvec3(key), points) : fit_sun_view(-glm::dvec3(key), points);
   frame.shadow_from_world = glm::mat4(seen.map_from_world);
-  // The large map takes as long as all else of a small picture. The small one does where its texels are finer
-  // than the pixels.
+  // Take the small map where its texels are finer than the pixels: the large one takes as long as the rest
+  // of a small picture.
   const double pixel = focus * 2 * view.tangent_y / settings.height;
   const double width = seen.width * seen.far;
   shadow = &device->shadow(width / 512 < 0.75 * pixel);
@@ -53,7 +53,7 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
   shadow->finish();
 }
 
-/// Computes the openness of the ground around what stands on it.
+/// Computes the openness of the ground around the bodies.
 void Renderer::Implementation::fit_occlusion(Poses poses) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   Vector3 low = Vector3::Constant(infinite);
@@ -108,10 +108,10 @@ void Renderer::Implementation::draw_relief(Poses poses, double low_x, double low
   glDisable(GL_DEPTH_CLAMP);
 }
 
-/// Returns where the ground can lie in shadow or be occluded: elsewhere less is to be computed for the same
+/// Returns the areas where the ground may be shadowed or occluded; elsewhere a cheaper shader gives the same
 /// light.
 GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
-  // Take the maps' columns of the ground's x and z.
+  // Restrict the map's transform to points (x, z) of the ground.
   const glm::dmat4 map(frame.shadow_from_world);
   const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
   const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),
@@ -131,7 +131,7 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
 
 /// Draws the ground alone with the program in use.
 void Renderer::Implementation::draw_ground() const {
-  // The scene's own surfaces at the ground's height come first.
+  // Let the scene's surfaces at the ground's height win the depth test.
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1, 8);
   glBindVertexArray(device->disc);
@@ -157,7 +157,7 @@ void Renderer::Implementation::draw_surroundings(shaders::Shade shade, std::span
   glDisable(GL_SCISSOR_TEST);
 }
 
-/// Draws what the backdrop lacks of `wanted`, into `picture`, whose content is lost.
+/// Draws the tiles of `wanted` that the backdrop lacks. Overwrites `picture`.
 void Renderer::Implementation::complete_backdrop(std::span<const Rectangle> wanted) {
   const int columns = tiles_along(picture.width);
   if (tile_view != backdrop_view) {

@@ -15,8 +15,8 @@
 namespace substep::render {
 namespace {
 
-/// One of an image's ever smaller copies: four numbers a texel, in 65535ths, rows from the top. Colours are
-/// decoded to light, so that light is averaged; other images hold their numbers as they are.
+/// A mip level of an image: four numbers a texel, in 65535ths, rows from the top. Colours are
+/// decoded to linear light, which is then averaged; other images keep their numbers.
 struct TextureLevel {
   int width = 0;
   int height = 0;
@@ -47,7 +47,7 @@ Texels texels_of(const TextureLevel& level, bool is_color) {
 }
 
 /// Returns the level half as wide and high, each texel the mean of the four it covers, in integers: the
-/// driver's own may differ from machine to machine.
+/// driver's mip levels may differ from machine to machine.
 TextureLevel halved(const TextureLevel& level) {
   TextureLevel half{std::max(1, level.width / 2), std::max(1, level.height / 2), {}};
   half.numbers.reserve(std::size_t{4} * half.width * half.height);
@@ -82,18 +82,18 @@ bool is_color(std::size_t role) {
   return role == Surface::color_texture || role == Surface::emission_texture;
 }
 
-/// Returns whether browsers may turn an image by its Exif data, which glTF and the renderer do not.
+/// Returns whether browsers may rotate an image by its Exif data; glTF and the renderer ignore the data.
 bool may_be_turned(std::string_view file) {
   return file.find("Exif") != std::string_view::npos || file.find("eXIf") != std::string_view::npos;
 }
 
-/// An image as it shrinks.
+/// An image at its present size, and its file.
 struct ShrinkingImage {
   TextureLevel level;
   bool is_color;
   std::shared_ptr<const std::string> file;
 
-  /// Halves the image until no side is longer.
+  /// Halves the image until no side exceeds `longest`.
   void shrink_to(int longest) {
     const auto is_longer = [&] { return std::max(level.width, level.height) > longest; };
     if (!is_longer()) return;
@@ -118,7 +118,7 @@ std::array<GLint, 4> sampling_of(const Texture& texture) {
 }
 
 SurfaceTextures::SurfaceTextures(Objects& objects, const Scene& scene, const std::vector<Surface>& surfaces) {
-  // Upload one white texel, which as a normal is straight up.
+  // Upload one white texel, which as a normal of strength 0 is straight up.
   for (const bool is_light : {true, false}) {
     textures_[{-1, is_light}].texture = upload(objects, first_level({1, 1, {255, 255, 255, 255}}, is_light));
   }
@@ -147,14 +147,14 @@ BoundTexture SurfaceTextures::uploaded(Objects& objects, const Scene& scene, int
   if (!is_new) return entry->second;
   const SceneImage& source = scene.images[image];
   const Texels texels = decode_texels(*source.bytes, source.place);
-  // At 8 bytes each, and a third more for the smaller copies.
-  constexpr double most = 64e6;
+  // A texel takes 8 bytes, and a third more for its mip levels.
+  constexpr double most_texels = 64e6;
   texels_ += static_cast<double>(texels.width) * texels.height;
-  if (texels_ > most) {
+  if (texels_ > most_texels) {
     throw Error(
         fmt::format("{}: with it the images on surfaces have more than {:.0f} million pixels in all: "
                     "make them smaller",
-                    source.place, most / 1e6));
+                    source.place, most_texels / 1e6));
   }
   entry->second.texture = upload(objects, first_level(texels, is_color));
   entry->second.texels = std::sqrt(static_cast<float>(texels.width) * static_cast<float>(texels.height));

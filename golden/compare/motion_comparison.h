@@ -1,7 +1,7 @@
 #pragma once
 /// Compares two runs of a scene: the first difference, and whether a tolerance holds.
 ///
-/// The order of judgement; the first rule that speaks decides:
+/// The order of judgement; the first rule that applies decides:
 ///
 ///  1. exact       every frame has the golden hash, and the stored poses are those of the hashes;
 ///  2. exact only  without a tolerance anything else fails: the rule for our own scenes;

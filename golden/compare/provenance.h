@@ -15,8 +15,8 @@ namespace substep::golden {
 
 struct MadeWith {
   std::string renderer;    ///< renderer_description(); empty when nothing was drawn
-  bool is_pinned = false;  ///< whether that is the renderer that goldens are exact on
-  std::string platform;    ///< renderer and system as one word: what pictures are exact on
+  bool is_pinned = false;  ///< whether goldens are exact on this renderer
+  std::string platform;    ///< renderer and system as one word; pictures are exact on one platform
   std::string compiler;    ///< "GNU 12.2.0"
   std::string processor;   ///< as the system names it
 };

@@ -1,7 +1,7 @@
 #pragma once
 /// The sidecar of a case: provenance of its goldens, what they show, and when and why they were approved. It
-/// explains a failure and never makes a case fail. It has digests of the scene's parts, which tell the part
-/// of a body that differs between two scenes.
+/// explains a failure and never makes a case fail. Its digests of the scene's parts tell which part of
+/// a body differs between two scenes.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -51,8 +51,8 @@ std::string sidecar_text(const nlohmann::ordered_json& sidecar);
 
 nlohmann::ordered_json to_json(const MadeWith& made_with);
 
-/// "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all is the
-/// same.
+/// Returns "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all
+/// is equal.
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
 
 /// Returns four hexadecimal digits for each part of each body and joint of the scene as loaded, in the order
@@ -66,8 +66,8 @@ struct SceneDifference {
   std::string text;       ///< "mass of box_3; mesh or colour of box_1, box_2 and 5 more"; empty: nothing
 };
 
-/// Compares a scene with noted digests. `names` are the noted bodies' names from its pose log; empty without
-/// one.
+/// Compares a scene with noted digests. `names` are the noted bodies' names from the pose log; empty without
+/// a log.
 SceneDifference scene_difference(const nlohmann::ordered_json& noted, const Scene& scene,
                                  const std::vector<std::string>& names);
 

@@ -36,7 +36,7 @@ struct ComparisonOptions {
   /// Adds the options of panels alone.
   void add_panels_to(CLI::App& command);
 
-  /// Returns the typed panels, or the five and the reference, and notes the cost of A1. Throws Error.
+  /// Returns the typed panels, or A1 to A5 and the reference. Warns of the cost of A1. Throws Error.
   ComparisonSettings settings(const Scene& scene);
 
  private:

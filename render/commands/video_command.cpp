@@ -132,11 +132,11 @@ void add_video_command(CLI::App& app) {
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   command->footer(
-      "A panel is 'a5,n=4,joints=stable': its settings that are other than the options above, as --set takes "
+      "A panel is 'a5,n=4,joints=stable': its settings that differ from the options above, as --set takes "
       "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. The\n"
       "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
       "where\n"
-      "the reference does, and is grey below what the reference knows of itself. Frames between two steps "
+      "the reference does, and is grey below the reference's uncertainty. Frames between two steps "
       "are\n"
       "interpolated.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "

@@ -92,7 +92,7 @@ class Painter {
     gl.disable(gl.BLEND);
   }
 
-  /** Returns the balls around the bodies that are near those that move and in sight. */
+  /** Returns the bounding balls of bodies near the camera's target, without large bodies at rest. */
   ballsInSight(track, k, camera) {
     return this.data.bodies.flatMap((body, i) => {
       const radius = this.bodies.radii[i];
@@ -102,7 +102,7 @@ class Painter {
     });
   }
 
-  /** Returns the sun's view of balls, and how far shadows stay off their surfaces. */
+  /** Returns the sun's view of balls, and the shadow's bias. */
   sunView(forward, balls) {
     const {right, up} = across(forward);
     const low = [Infinity, Infinity, Infinity];
@@ -123,25 +123,25 @@ class Painter {
     return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
   }
 
-  /** Returns a lamp's view of balls within 72° of their middle, and how far shadows stay off their surfaces. */
+  /** Returns a lamp's view of balls within 72° of their middle, and the shadow's bias. */
   lampView(eye, balls) {
     const forward = unit(minus(balls.reduce((sum, {place}) => plus(sum, place, 1 / balls.length), [0, 0, 0]), eye));
     const {right, up} = across(forward);
     let [half, near, far] = [0.01, Infinity, 0.1];
     for (const {place, radius} of balls) {
-      const way = minus(place, eye);
-      const nearest = dot(forward, way) - radius;
+      const offset = minus(place, eye);
+      const nearest = dot(forward, offset) - radius;
       near = Math.min(near, nearest);
       far = Math.max(far, nearest + 2 * radius);
       if (nearest <= 0) half = 3;
-      for (const axis of [right, up]) half = Math.max(half, (Math.abs(dot(axis, way)) + radius) / nearest);
+      for (const axis of [right, up]) half = Math.max(half, (Math.abs(dot(axis, offset)) + radius) / nearest);
     }
     half = Math.min(half, 3);
     const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: Math.max(near, 0.02 * far), far: 10 * far, perspective: true});
     return {clip, bias: 0.001 + 1.5 * half * far / this.shadow.size};
   }
 
-  /** Draws the shadow map of what is near the bodies that move. */
+  /** Draws the shadow map around the camera's target, and returns its view. */
   drawShadow(track, k, camera) {
     const {gl} = this;
     const key = this.data.light.key.slice(0, 3);
@@ -213,7 +213,7 @@ class Painter {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** Returns a framebuffer of the canvas' size, made anew when that changes: of buffers with `samples`, or with a texture. */
+  /** Returns a framebuffer of the canvas' size, made anew when the size changes: multisampled with `samples`, else a texture. */
   target(name, {format, samples = 0, hasDepth}) {
     const {gl, targets} = this;
     const {width, height} = gl.canvas;
@@ -247,7 +247,7 @@ class Painter {
     return target;
   }
 
-  /** Keeps what is drawn next as light, which an sRGB buffer blends and averages as such. */
+  /** Directs drawing into an sRGB buffer, which blends and averages in linear light. */
   bindLight() {
     const {gl} = this;
     const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
@@ -255,7 +255,7 @@ class Painter {
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
   }
 
-  /** Draws over all of the canvas' box by a program that reads a texture. */
+  /** Draws over the canvas with a program that reads a texture. */
   drawScreen(program, texture, values) {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -267,7 +267,7 @@ class Painter {
     gl.enable(gl.DEPTH_TEST);
   }
 
-  /** Shows the box of what was drawn as light on the canvas. */
+  /** Copies a box of the light buffer to the canvas. */
   showLight([x, y, width, height]) {
     const {gl} = this;
     const area = [x, y, x + width, y + height];

@@ -11,8 +11,8 @@ namespace substep::render {
 ReadingChoice player_readings(const Scene& scene);
 
 /// Returns a page that plays the runs' poses at every film frame, to 4e-6 of the scene's size and 3e-5 rad.
-/// Bodies look as in animated_glb(), with images within ImageLimits. `speed` is that at which it begins, s of
-/// the scene a second. The page is one file that needs no other and requests nothing; in a browser without
+/// Bodies look as in animated_glb(), with images within ImageLimits. `speed`: at the start, s of the scene
+/// a second. The page is one file that needs no other and requests nothing; in a browser without
 /// WebGL 2 it shows all but the pictures.
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed);

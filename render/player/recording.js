@@ -8,7 +8,7 @@ async function embeddedBytes() {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Inverts pose_stream(): returns seven numbers a body and frame, the world at rest, and the index of the next byte. */
+/** Decodes pose_stream(): returns seven numbers for each body and frame, body 0 at rest, and the index of the next byte. */
 function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   const values = new Float32Array(frames * bodies * 7);
   for (let k = 0; k < frames; ++k) values[k * bodies * 7 + 6] = 1;
@@ -18,7 +18,7 @@ function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
       const part = i < 3 ? unit : 1 / turnParts;
       let whole = 0;
       for (let k = 0; k < frames; ++k) {
-        // Not by shifts, which end at 32 bits.
+        // Multiply: shifts end at 32 bits.
         let zigzag = 0;
         let place = 1;
         for (;; place *= 128) {
@@ -106,7 +106,7 @@ async function readRecording() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const bytes = await embeddedBytes();
   const {meshes, nodes, images} = await modelsFrom(bytes.subarray(0, data.glb_size));
-  // Node 0 is the ground, which the painter has its own of.
+  // Skip node 0, the ground: the painter draws its own.
   Object.assign(data, {meshes, images});
   data.bodies.forEach((body, i) => { body.mesh = nodes[1 + i].mesh; });
   let at = data.glb_size;

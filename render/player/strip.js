@@ -35,7 +35,7 @@ function energyLabel(joules) {
   return '0 J';
 }
 
-/** Returns `color` faded into the strip's ground: not by an alpha, which would show where pieces meet. */
+/** Returns `color` mixed with the strip's background. An alpha would show where segments overlap. */
 function faded(color) {
   const part = (text, at) => parseInt(text.slice(at, at + 2), 16);
   return `rgb(${[1, 3, 5].map((at) => Math.round(part(STRIP.surface, at) + (part(color, at) - part(STRIP.surface, at)) * 0.38)).join()})`;
@@ -59,13 +59,13 @@ class Strip {
 
   label(value, k) {
     if (this.kind.name !== 'error') return this.axisLabel(value);
-    // Below what the reference knows of itself, an error is that or less.
+    // An error below the reference's uncertainty is known only to be at most that.
     const certain = this.data.reference.uncertainty[k];
     const bound = lengthLabel(certain);
     return value >= certain ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
-  /** Returns a value of the strip's axis: StripAxis::label() of the program. */
+  /** Returns the text of a value on the strip's axis, like StripAxis::label() in C++. */
   axisLabel(value) {
     const {logarithmic, unit} = this.kind;
     if (logarithmic) return lengthLabel(value);
@@ -73,7 +73,7 @@ class Strip {
     return `${value < 0 ? '−' : ''}${+Math.abs(value).toPrecision(3)} ${unit}`;
   }
 
-  /** Sets the size by the page's. */
+  /** Fits the canvas to its size on the page. */
   resize() {
     const ratio = devicePixelRatio || 1;
     const {clientWidth, clientHeight} = this.canvas;
@@ -93,12 +93,12 @@ class Strip {
 
   y(value) {
     const [lower, upper] = this.kind.scale;
-    const place = this.kind.logarithmic ? Math.log10(Math.max(value, 10 ** lower)) : value;
-    const share = Math.max(0, Math.min(1, (place - lower) / (upper - lower)));
-    return this.plot.y + this.plot.height * (1 - share);
+    const level = this.kind.logarithmic ? Math.log10(Math.max(value, 10 ** lower)) : value;
+    const fraction = Math.max(0, Math.min(1, (level - lower) / (upper - lower)));
+    return this.plot.y + this.plot.height * (1 - fraction);
   }
 
-  /** Returns the frame at this place across the strip. */
+  /** Returns the frame at a horizontal position of the strip, px. */
   frameAt(x) {
     const last = this.data.times.length - 1;
     return Math.max(0, Math.min(last, Math.round((x - this.plot.x) / this.plot.width * last)));
@@ -125,7 +125,7 @@ class Strip {
     const {context: c, plot, kind} = this;
     const {scale: [lower, upper], mark} = kind;
     const lines = kind.logarithmic ? Array.from({length: upper - lower + 1}, (_, i) => [10 ** (lower + i), decadeName(lower + i), i === 0 || i === upper - lower])
-      // Where the mark is near an end, it alone is named: that is what the curve is read against.
+      // Label the mark alone where it is near an end: the curve is read against the mark.
       : [lower, upper, mark].map((value) => [value, this.axisLabel(value), value === mark || Math.abs(this.y(value) - this.y(mark)) > 11]);
     for (const [value, name, isNamed] of lines) {
       const y = Math.round(this.y(value)) + 0.5;
@@ -160,7 +160,7 @@ class Strip {
     drawLine(c, Array.from({length: count}, (_, k) => [this.x(k), this.y(values[k])]), ink, 1.8);
     c.setLineDash([]);
     c.fillStyle = panel.color;
-    // Triangles at the top, where the curve goes on above it.
+    // Draw triangles at the top where the curve is above the scale.
     const top = kind.logarithmic ? 10 ** kind.scale[1] : kind.scale[1];
     let last = -Infinity;
     for (let k = 0; k < count; ++k) {

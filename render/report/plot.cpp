@@ -19,7 +19,7 @@ constexpr render::Ink text_ink{"#222222", "#e6e6e6"};
 constexpr render::Ink frame_ink{"#b8b8b8", "#5a5a5a"};
 constexpr render::Ink paper{"#ffffff", "#14171a"};
 
-/// Returns gnuplot's words for a style.
+/// Returns gnuplot's options for a style.
 std::string style_script(const SeriesStyle& style) {
   const char* const color = render::inks.at(static_cast<std::size_t>(style.hue)).light;
   const std::string line = fmt::format("lc rgb '{}' lw 1.8 dt {}", color, style.dashed ? 2 : 1);
@@ -29,7 +29,7 @@ std::string style_script(const SeriesStyle& style) {
   return fmt::format("with linespoints {} {}", line, points);
 }
 
-/// Returns text in gnuplot's single quotes, with its marks for subscripts as plain letters.
+/// Returns text in gnuplot's single quotes, with underscores that make no subscripts.
 std::string quoted_text(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
@@ -53,7 +53,7 @@ std::array<double, 2> range_of(const Panel& panel, std::size_t axis) {
   return range;
 }
 
-/// Returns the commands for one axis. `length`: of the axis; `room`: of a tic's text along it.
+/// Returns the commands for one axis. `length`: of the axis; `room`: of a tic's label along the axis.
 std::string axis_script(char name, const Axis& axis, const std::array<double, 2>& data, double length,
                         double room) {
   std::string script =
@@ -102,10 +102,11 @@ std::string notes_script(const std::vector<Note>& notes) {
 }
 
 /// Returns a label at a point, measured from the picture's top left corner.
-std::string text_script(const Layout& layout, const std::string& text, double x, double y, const char* how,
-                        double size) {
+std::string text_script(const Layout& layout, const std::string& text, double x, double y,
+                        const char* placement, double size) {
   return fmt::format("set label {} at screen {:.6f},{:.6f} {} font ',{:g}' textcolor rgb '{}'\n",
-                     quoted_text(text), x / layout.width, 1 - y / layout.height, how, size, text_ink.light);
+                     quoted_text(text), x / layout.width, 1 - y / layout.height, placement, size,
+                     text_ink.light);
 }
 
 std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout) {
@@ -280,7 +281,7 @@ bool begins_with_one_of(const std::string& title, const std::vector<std::string>
   return std::ranges::any_of(words, [&](const std::string& word) { return title.starts_with(word); });
 }
 
-/// Throws Error where no title begins with a word.
+/// Throws Error where one of the words begins no title.
 void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
                    const char* what) {
   for (const std::string& word : words) {

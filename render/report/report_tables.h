@@ -15,10 +15,10 @@ namespace substep::report {
 inline constexpr std::array choice_tolerances{0.01, 0.001};
 /// Returns the cheapest run of each scene for each of `choice_tolerances`.
 TextTable choices_table(const std::vector<SweepRecord>& records);
-/// Returns the same for one scene, a row for each tolerance.
+/// Returns the cheapest run of one scene, a row for each tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
 
-/// Returns whether a run was timed.
+/// Returns whether any run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 
 /// Returns the name and unit of the cost that choices minimise.

@@ -50,8 +50,8 @@ bool is_ours_or_accurate(const RunFamily& family) {
   return is_ours(family) || (found != engines().end() && found->is_ours);
 }
 
-/// Returns whether, in a scene without contacts, τ = κ = 1 was measured in place of the family's values. The
-/// figure then shows that family alone: a line's style does not tell one τ or κ from another.
+/// Returns whether, in a scene without contacts, a twin of the family with τ = κ = 1 was measured. The figure
+/// then shows the twin alone: line styles do not distinguish τ or κ.
 bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& families) {
   const Settings& s = family.runs.front().settings;
   if (!is_ours(family) || (s.tau == 1 && s.kappa == 1) || has_contacts(family.runs)) return false;
@@ -76,12 +76,12 @@ SeriesStyle family_style(const RunFamily& family, bool contacts) {
   SeriesStyle style = style_of(record.settings.algorithm);
   style.dashed = record.settings.joints == Joints::stable || record.settings.tau != 1 ||
                  (record.settings.algorithm == Algorithm::a2 && !contacts && record.settings.iterations < 16);
-  // The number before that of a filled disc, square or triangle is the empty one.
+  // gnuplot numbers an empty disc, square or triangle one below the filled one.
   if (style.dashed) style.shape -= 1;
   return style;
 }
 
-/// The values that a line's runs have.
+/// The settings of a line's runs.
 struct LineValues {
   std::string name;  ///< "A3", or the engine's
   std::set<int> substeps, iterations, divisions;
@@ -104,7 +104,7 @@ std::string text_of(const LineValues& line) {
   return text + (is_divided ? fmt::format("h divided by {}", shortened(line.divisions)) : "step h");
 }
 
-/// Collects the values of a sheet's lines, for its caption and for shorter titles.
+/// Collects the settings of a sheet's lines, for its caption and for shorter titles.
 class Captioner {
  public:
   void add(const RunFamily& family) {
@@ -120,7 +120,7 @@ class Captioner {
     }
   }
 
-  /// Names algorithms with one line by their name alone, and adds the values of each line to the caption.
+  /// Names algorithms with one line by their name alone, and adds the settings of each line to the caption.
   void finish(Sheet& sheet) const {
     for (Panel& panel : sheet.panels) {
       for (Series& series : panel.series) series.title = short_title(series.title);
@@ -149,7 +149,7 @@ class Captioner {
   std::map<std::string, LineValues> lines_;  ///< by title
 };
 
-/// Returns a measure of a run's work.
+/// A measure of a run's work.
 using Work = std::function<double(const SweepRecord&)>;
 
 /// Returns why a run is not drawn; null where it is drawn.

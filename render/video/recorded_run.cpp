@@ -93,7 +93,7 @@ decltype(auto) timed(Run& run, const Step& step) {
   return result;
 }
 
-/// Reads the speeds of a run from the distances between neighbouring frames.
+/// Computes the speeds of a run from the distances between neighbouring frames.
 void read_speeds(Run& run, double interval) {
   for (std::size_t k = 0; k < run.poses.size(); ++k) {
     const std::size_t from = k == 0 ? 0 : k - 1;

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs of one panel each, kept at the steps that a film shows.
+/// The runs of a film's panels, kept at the steps that the film shows.
 
 #include <atomic>
 #include <cstdint>
@@ -51,7 +51,7 @@ struct Tally {
   std::atomic<bool> stop{false};
 };
 
-/// Makes the clock's steps, each in `parts`, and keeps their poses. Returns false where `step` does.
+/// Makes the clock's steps, each in `parts`, and keeps their poses. Returns false once `step` does.
 bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::function<bool()>& step,
                 const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
                 std::int64_t& steps, const std::function<void(const State&)>& read = {});
@@ -60,8 +60,8 @@ bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::fun
 void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
                         Tally& tally);
 
-/// Returns the stepper of a panel's engine; a command runs until the film's end. Returns null where the
-/// engine cannot simulate the scene, and notes the reason in the run.
+/// Returns the stepper of a panel's engine for `duration` s. Where the engine cannot simulate the scene,
+/// returns null and stores the reason in the run.
 std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run& run);
 
 /// Simulates an engine's run.

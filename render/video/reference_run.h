@@ -31,8 +31,8 @@ bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
                 const std::vector<Coordinates>& other);
 
 /// Simulates one of the two runs, with steps of `step` / `divisions`, or takes it from the cache.
-/// `is_smooth`: by the reference integrator; else by A1, which stops where a frame differs from `like`'s.
-/// Does not cache a run that stopped so.
+/// `is_smooth` selects the reference integrator, else A1. A1 stops at the first frame that differs from
+/// `like`'s; such a run is not cached.
 ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
                                     bool is_smooth, const ReferenceCache& cache, Tally& tally,
                                     const ReferenceAttempt* like = nullptr);

@@ -106,13 +106,13 @@ std::vector<std::string> joined(std::vector<std::string> words, const std::vecto
   return words;
 }
 
-/// Writes the first of several loops, each smaller than the one before, that has at most 2 MB. Throws Error
-/// where none has.
+/// Writes a loop of at most 2 MB: the first of several attempts of falling size that fits. Throws Error
+/// where none does.
 void make_loop(const Film& film, const fs::path& program) {
   const VideoSettings& settings = film.settings;
   struct LoopAttempt {
     int width;
-    int every;   ///< of the video's frames
+    int every;   ///< 2: every second frame of the film
     int colors;  ///< in the palette
   };
   for (const auto& [width, every, colors] :
@@ -139,7 +139,7 @@ void make_loop(const Film& film, const fs::path& program) {
                           settings.loop->string()));
 }
 
-/// Returns the frame nearest to the time; without one, a frame well into the film.
+/// Returns the frame nearest to the time; without a time, the frame at 60 % of the film.
 int poster_frame(const Comparison& comparison, const std::optional<double>& time) {
   const int last = static_cast<int>(comparison.times.size()) - 1;
   const double frame = 0.6 * last;

@@ -33,7 +33,7 @@ Mesh rod_shaft(double length, double size) {
   return Mesh().add(shaft, turn(Z, -pi / 2));
 }
 
-/// A post behind the plane of motion, its foot on the ground, with a pin that carries the pivot.
+/// Adds a post behind the plane of motion, its foot on the ground, with a pin that carries the pivot.
 /// Returns the node of the pivot, at (0, height, 0).
 int add_post(GltfBuilder& gltf, double height, double size) {
   const double depth = 0.30 * size;
@@ -227,7 +227,7 @@ GltfBuilder tumbling_body() {
   return gltf;
 }
 
-/// Gates that lean, on 1, 2, 5 and 10 hinges that say the same.
+/// Leaning gates on 1, 2, 5 and 10 redundant hinges.
 struct Door : GltfBuilder {
   Door()
       : GltfBuilder("door", {.duration = 4, .poster = 0.9},
@@ -252,7 +252,7 @@ struct Door : GltfBuilder {
   static constexpr double clearance = 0.06;  // from the axis to the leaf
   const Vector3 leaf{0.8, 1.5, 0.05};
 
-  /// Boards of a gate.
+  /// Returns the boards of a gate.
   Mesh boards() const {
     Mesh mesh;
     for (int i = 0; i < 5; ++i)
@@ -260,7 +260,7 @@ struct Door : GltfBuilder {
     return mesh;
   }
 
-  /// The frame and the brace of a gate.
+  /// Returns the frame and the brace of a gate.
   Mesh braces() const {
     Mesh mesh;
     for (const double y : {-0.58, 0.58})
@@ -281,7 +281,7 @@ struct Door : GltfBuilder {
       knuckles.add(rod(0.035, 0.028, 0.004, 20), at(edge, y - 0.8 + 0.018, 0));
       knuckles.add(rounded(box({0.22, 0.03, 0.06}), 0.006, 1), at(edge + 0.11, y - 0.8 + 0.018, 0));
     }
-    // The post leans towards where the gate hangs when it is closed.
+    // The post leans towards the closed gate.
     const Mesh post = Mesh().add(rounded(box({0.10, 1.80, 0.10}), 0.012), at(-0.10, 0.80, 0));
     const Mesh foot = Mesh().add(rounded(box({0.36, 0.24, 0.36}), 0.02), turn(Z, lean) * at(-0.10, -0.08, 0));
     const int frame =
@@ -327,7 +327,7 @@ GltfBuilder short_chain() {
     anchors[side > 0] = gltf.node(name + "_eye", eye, post);
   }
 
-  // Three links of 0.5 m between eyes 2 m apart: none of the four joints can close but for the others' sake.
+  // Three links of 0.5 m between eyes 2 m apart: a joint can close only at the others' expense.
   const int shaft = gltf.geometry(Mesh().add(rod(length - 0.05, 0.026, 0.006), turn(Z, pi / 2)));
   const int ends = gltf.geometry(
       Mesh().add(ball(0.045, 28), at(-length / 2, 0, 0)).add(ball(0.045, 28), at(length / 2, 0, 0)));

@@ -1,4 +1,4 @@
-/// Scenes of what slides and rolls down: blocks on an incline, rocks in a valley.
+/// Scenes of sliding and rolling down: blocks on an incline, rocks in a valley.
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,7 @@ GltfBuilder incline() {
   return gltf;
 }
 
-/// Smooth noise in [−1, 1] with one value for each unit square's corner.
+/// Returns smooth noise in [−1, 1], interpolated from random values at whole u and v.
 double smooth_noise(double u, double v, std::uint64_t seed) {
   const double u0 = std::floor(u);
   const double v0 = std::floor(v);
@@ -109,8 +109,8 @@ std::vector<Vector3> cut_stone(std::uint64_t seed, int planes, const Vector3& ha
   // The corners of the solid are the faces of the hull of the planes' poles.
   std::vector<Vector3> poles;
   for (int i = 0; i < planes; ++i) {
-    const auto random = [&](std::uint64_t what) {
-      return noise((seed * 64 + static_cast<std::uint64_t>(i)) * 4 + what);
+    const auto random = [&](std::uint64_t draw) {
+      return noise((seed * 64 + static_cast<std::uint64_t>(i)) * 4 + draw);
     };
     const double y = 1 - (2 * i + 0.4 + 1.2 * random(0)) / planes;
     const auto [sine, cosine] = sine_cosine(golden_angle * i + 0.7 * (random(1) - 0.5));
@@ -177,7 +177,7 @@ struct RockSlide : GltfBuilder {
         const Vector3 b = grid_point(i, j + 1);
         const Vector3 c = grid_point(i + 1, j + 1);
         const Vector3 d = grid_point(i + 1, j);
-        // Diagonals to and fro, so that the grid does not show a grain.
+        // Alternate the diagonals, so that the grid shows no grain.
         const bool falling = (i + j) % 2 == 0;
         const std::array<std::array<Vector3, 3>, 2> halves{
             {{a, b, falling ? c : d}, {falling ? a : b, c, d}}};
@@ -211,7 +211,7 @@ struct RockSlide : GltfBuilder {
     scenery("earth", {{earth, finish::soil}});
   }
 
-  /// Adds logs across the slope, in the way of the rocks.
+  /// Adds logs across the rocks' path.
   void add_logs() {
     constexpr double density = 650;
     constexpr double bottom = 0.26;
@@ -240,7 +240,7 @@ struct RockSlide : GltfBuilder {
     double mass;
   };
 
-  /// Returns one of six cuts of rock, in three sizes.
+  /// Adds one of six cuts of rock, each larger than the one before, in every stone.
   Rock add_cut(int number) {
     constexpr double density = 2600;
     const double size = 0.38 + 0.07 * number;
@@ -265,8 +265,8 @@ struct RockSlide : GltfBuilder {
       const int layer = number / 25;
       const int row = number / 5 % 5;
       const int column = number % 5;
-      const auto random = [&](std::uint64_t what) {
-        return noise(9000 + static_cast<std::uint64_t>(number) * 8 + what);
+      const auto random = [&](std::uint64_t draw) {
+        return noise(9000 + static_cast<std::uint64_t>(number) * 8 + draw);
       };
       const Rock& rock = rocks[static_cast<std::size_t>(6 * random(0))];
       const double x = -18.4 + 1.75 * column + 0.3 * random(1);

@@ -1,4 +1,4 @@
-/// Scenes of turning bodies: gyroscopic effects, and what rolls on what turns.
+/// Scenes of turning bodies: gyroscopic effects, and rolling on turning bodies.
 
 #include <cmath>
 
@@ -106,7 +106,7 @@ struct Turntable : GltfBuilder {
          {{plate, finish::walnut}, {inlay, finish::brass}});
   }
 
-  /// Adds a ball that rolls as it goes round: X of its start is outwards, its centre goes along −Z.
+  /// Adds a ball that rolls in a circle: it starts on +X, and its centre moves along −Z.
   void add_ball() {
     constexpr double ball_radius = 0.12;
     constexpr double orbit = 0.4;
@@ -128,7 +128,7 @@ struct Turntable : GltfBuilder {
 
   void add_block(const std::string& name, double distance, double angle, const Collider& solid,
                  const Look& look) {
-    // X outwards, so that the table takes it along −Z.
+    // Point X outwards: the table moves the block along −Z.
     body(name, turn(Y, angle) * at(distance, top + 0.05, 0),
          {.mass = 1, .linear_velocity = {0, 0, -rate * distance}, .angular_velocity = {0, rate, 0}}, solid,
          look);
@@ -159,8 +159,8 @@ GltfBuilder euler_disk() {
                            96),
                     finish::basalt}});
 
-  // Its lowest point lies towards +X. It rolls round that way which keeps its centre where it is: it turns
-  // about the diameter through the lowest point.
+  // The disk's lowest point lies towards +X. It turns about the diameter through that point, which keeps its
+  // centre at rest.
   const auto [sine, cosine] = sine_cosine(tilt);
   const double round = std::sqrt(4 * gravity / (radius * sine));
   const Mesh profile = turned({corner(0, -thickness / 2), corner(radius, -thickness / 2, 0.003),

@@ -47,7 +47,7 @@ class Crates {
   int crate_;
 };
 
-/// One stud for each zero of a mass, in a row on the +Z side of a body.
+/// Returns a row of studs, one for each zero of a mass, on the +Z side of a body.
 Mesh studs(int count, double pitch, double side, double size) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {
@@ -205,7 +205,7 @@ GltfBuilder stone_pyramid() {
 
   const int friction = gltf.physics_material(0.6);
   struct Cut {
-    int rough;  // node of the stone before its edges were rounded: what the hull is made of
+    int rough;  // node of the stone with sharp edges, which the hull is made of
     int geometry;
     double mass;
   };
@@ -257,7 +257,7 @@ GltfBuilder card_house() {
   const auto add_card = [&](const Pose& pose, int look) {
     gltf.body(numbered("card", ++number), pose, {.mass = 0.1}, collider, looks[look]);
   };
-  // A card leaning at an apex: from the apex to its centre, and from its lowest edge.
+  // Find a leaning card's centre: `out` from the apex, and `up` from the card's lowest edge.
   const auto [sine, cosine] = sine_cosine(lean);
   const double out = (thickness * cosine + height * sine) / 2;
   const double up = (thickness * sine + height * cosine) / 2;
