@@ -43,7 +43,7 @@ std::vector<Shape> round_shapes() {
 double searched_separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                            const Contacts& found) {
   const auto separation = [&](const Vector3& n) { return -extent(a, pose_a, -n) - extent(b, pose_b, n); };
-  // Directions spread evenly over the sphere, the best of them improved by steps that halve.
+  // Try directions spread evenly over the sphere, and improve the best by steps that halve.
   constexpr int count = 1500;
   std::vector<std::pair<double, Vector3>> starts;
   for (int i = 0; i < count; ++i) {
@@ -124,7 +124,7 @@ TEST(ContactOracle, DepthsAndDistancesAgree) {
                                      : searched_separation(a, pose_a, b, pose_b, points);
       EXPECT_LE(lowest, depth + allowed(depth));
       if (lowest >= depth - allowed(depth)) continue;
-      // Half a round shape deep there are several ways out, and the shortest may be missed.
+      // Where a round shape overlaps by half, several directions separate; the shortest may be missed.
       EXPECT_FALSE(are_hulls);
       ++too_deep;
     }
@@ -141,14 +141,14 @@ TEST(ContactOracle, GrazingPairsKeepTheirInvariants) {
   for (int trial = 0; trial < 4000; ++trial) {
     const Polytope& a = shapes[random() % shapes.size()];
     const Polytope& b = shapes[random() % shapes.size()];
-    // Right angles and faces against faces, where axes are parallel and corners flush …
+    // Turn a face of one against a face of the other, where edges may be parallel and corners flush.
     const auto pick = [&](const Polytope& polytope, const Vector3& direction) {
       const Vector3& normal = polytope.face_normals[random() % polytope.face_count()];
       return Quaternion::FromTwoVectors(normal, direction);
     };
     const Pose pose_b = {Vector3::Zero(), pick(b, Vector3::UnitY())};
     Pose pose_a = {Vector3(0.1 * (trial % 7), 10, 0.1 * (trial % 3)), pick(a, -Vector3::UnitY())};
-    // … let down to within a hair of touching, above or below.
+    // Lower it to a tiny distance of touching, above or below.
     const double touching = test::brute_separation(a, pose_a, b, pose_b);
     double high = 10;
     for (int i = 0; i < 40 && touching > 0; ++i) {
@@ -157,8 +157,8 @@ TEST(ContactOracle, GrazingPairsKeepTheirInvariants) {
       pose_a.position.y() -= separation;
       high = pose_a.position.y();
     }
-    const double hair = std::pow(10.0, -4 - trial % 12) * (trial % 2 == 0 ? 1 : -1);
-    pose_a.position.y() = high + hair;
+    const double offset = std::pow(10.0, -4 - trial % 12) * (trial % 2 == 0 ? 1 : -1);
+    pose_a.position.y() = high + offset;
     const double separation = test::brute_separation(a, pose_a, b, pose_b);
     const auto points = test::contacts(a, pose_a, b, pose_b, margin);
     ASSERT_EQ(test::complaint(points, margin), "") << trial;

@@ -18,7 +18,7 @@
 namespace substep::golden {
 namespace {
 
-/// A pair of pictures in golden/vectors, with what other programs measured on it.
+/// A pair of pictures in golden/vectors, with values that other programs measured.
 struct VectorPair {
   std::string name;
   render::Image expected;
@@ -142,7 +142,7 @@ TEST(Flip, AgreesWithAuthorsProgram) {
   for (const VectorPair& pair : pairs) {
     const Flip result = flip(pair.expected, pair.actual);
     EXPECT_NEAR(result.mean, pair.flip_mean, 2e-6)
-        << pair.name;  // measured 1.2e-6, of which 5e-7 are its digits
+        << pair.name;  // measured 1.2e-6, of which 5e-7 from rounding in values.csv
     EXPECT_NEAR(result.max, pair.flip_max, 4e-6) << pair.name;  // measured 2.3e-6
     const float smallest = *std::min_element(result.map.begin(), result.map.end());
     EXPECT_NEAR(smallest, pair.flip_min, 4e-6) << pair.name;  // measured 1.1e-6

@@ -29,7 +29,7 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   write_file(file, text);
 }
 
-/// Throws when there is no such text, so that a test cannot pass by changing nothing.
+/// Replaces text in a file. Throws when there is none, so that a test cannot pass by changing nothing.
 inline void replace_in(const std::filesystem::path& file, const std::string& old_text,
                        const std::string& new_text) {
   std::string text = read_text(file);
@@ -40,7 +40,7 @@ inline void replace_in(const std::filesystem::path& file, const std::string& old
 
 /// The result of a check's last case.
 struct CheckResult : CaseResult {
-  std::string text;  ///< what is printed of it
+  std::string text;  ///< the printed explanation
   int exit_code = 1;
   std::vector<std::filesystem::path> orphans;
 };
@@ -95,11 +95,11 @@ class SmallSuite {
 
   CheckResult run() { return check(options); }
 
-  /// Approves what the last check left of its case, where it failed.
+  /// Approves the results of the last check if its case failed.
   Approval approve_failed(const std::string& reason = "for the test") const {
     return approve({options.suite, options.output, {}, true, reason});
   }
-  /// Approves what the last check left of these cases, whatever it says.
+  /// Approves these cases' results of the last check, passed or failed.
   Approval approve_named(const std::vector<std::string>& cases) const {
     return approve({options.suite, options.output, cases, false, "for the test"});
   }
@@ -131,8 +131,8 @@ class SmallSuite {
     render::write_png(picture, image(20));
   }
 
-  /// Notes the present goldens as approved: a golden changed by hand is then not edited, but
-  /// what another simulation or renderer made.
+  /// Notes the present goldens as approved: a golden changed by hand then counts as made by another
+  /// simulation or renderer, not as edited.
   void sign() const {
     change_sidecar([&](auto& json) {
       const PoseLog log = read_pose_log(poses());
@@ -146,7 +146,7 @@ class SmallSuite {
     });
   }
 
-  /// The golden pictures as a renderer with a weaker light makes them.
+  /// Replaces the golden pictures by those of a renderer with a weaker light.
   void repaint() {
     const std::string text = read_text(scene());
     change_light();

@@ -49,8 +49,8 @@ TEST(Track, RoundTripKeepsRoundedPoses) {
     EXPECT_EQ(read.frames[k].invariants.touching, made.track.frames[k].invariants.touching);
     EXPECT_EQ(read.frames[k].invariants.resting, made.track.frames[k].invariants.resting);
     for (std::size_t i = 1; i < poses.size(); ++i) {
-      const double apart = (read.frames[k].poses[i].linear - poses[i].linear).cwiseAbs().maxCoeff();
-      EXPECT_LE(apart, 0.5001 * Track::resolution);
+      const double difference = (read.frames[k].poses[i].linear - poses[i].linear).cwiseAbs().maxCoeff();
+      EXPECT_LE(difference, 0.5001 * Track::resolution);
       // A second trip changes nothing.
       EXPECT_EQ(read.frames[k].poses[i].linear, made.track.frames[k].poses[i].linear);
     }
@@ -127,7 +127,8 @@ MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTole
 }
 
 TEST(MotionComparison, IgnoresRoundingOfTracks) {
-  // Both bodies change in frame 3, the ball by 2.8e-6 m; the track rounds the block's place to another step.
+  // Both bodies change in frame 3, the ball by 2.8e-6 m; the track rounds the block's position to another
+  // step.
   const Fall golden;
   Fall actual;
   actual.move(3, 2.8e-6);

@@ -1,5 +1,4 @@
-// Gaps of joints of every kind, overlaps, and violations of runs that went wrong, and none of runs that did
-// not.
+// Gaps of joints of every kind, overlaps, and violations, which bad runs have and good ones lack.
 
 #include "sim/measure/invariants.h"
 
@@ -27,7 +26,7 @@ using test::range;
 
 const Pose joint_in_world{{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
 const Vector3 anchor{0.5, 0, 0};                   // of the body's frame
-const double lever = std::sqrt(0.5 * 0.5 + 0.25);  // of moments 0.5 + 2 · 0.5² kg m² for 2 kg
+const double lever = std::sqrt(0.5 * 0.5 + 0.25);  // m: √(moment / mass), (0.5 + 2 · 0.5²) kg m² over 2 kg
 const Vector3 none = Vector3::Zero();
 constexpr std::array all_axes{true, true, true};
 constexpr double rounding = 1e-12;  // measured at most 2e-16
@@ -298,12 +297,12 @@ TEST(PassageMeter, IgnoresBodiesBesideOrBehind) {
 }
 
 TEST(PassageMeter, IgnoresBounces) {
-  // The straight way from the first place to the last leads through the wall's edge and through the ball.
+  // The straight line from first to last position leads through the wall's edge and through the ball.
   EXPECT_FALSE(passes(box({1, 0.1, 1}), {-1, 0.4, 0}, {0.7, -0.3, 0}, {{0.55, 0.17, 0}}));
   EXPECT_FALSE(passes(Sphere{0.2}, {-1, 0.1, 0}, {0.8, 0.1, 0.1}, {{-0.02, 0.3, 0}}));
 }
 
-/// A blade of 1 m that turns by 0.8 rad in a step, and a post at a distance from its middle.
+/// Returns true where a 1 m blade that turns by 0.8 rad in a step is seen to pass a post off its middle.
 bool blade_passes(double distance, double turned) {
   Scene scene = test::empty_scene();
   Collider& post = scene.colliders.emplace_back();

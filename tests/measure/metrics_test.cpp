@@ -88,7 +88,7 @@ TEST(Metrics, ResidualWeighsSpinsByMoments) {
   settings.joints = Joints::rows;
   settings.iterations = 1;
   const Metrics metrics = measure(scene, settings, reference);
-  // The step after the first is judged.
+  // The residual is measured in the step after the first.
   Simulation swept(scene, settings);
   Simulation direct(scene, usual_settings(scene, Algorithm::a1));
   swept.step();

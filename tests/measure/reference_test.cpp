@@ -89,7 +89,7 @@ TEST(SmoothMotion, ConvergesAtItsOrder) {
   }
 }
 
-TEST(SmoothMotion, A1ConvergesToIt) {
+TEST(SmoothMotion, A1ConvergesToSameMotion) {
   // Another method with other errors: A1's steps, extrapolated by themselves.
   for (const char* const name : {"pendulum", "rod_chain", "heavy_chain", "heavy_top", "squeezer"}) {
     const Scene scene = scene_named(name);

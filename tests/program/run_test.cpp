@@ -101,14 +101,14 @@ TEST_F(RunCommand, BoundsAllScenesButOneInA5) {
     ++scenes;
     const Outcome outcome = run({"run", entry.path().string(), "--algorithm", "a5", "--output", "a.poses"});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    // The governor's light rods turn by 0.2 rad in what should hold them.
+    // The governor's light rods turn by 0.2 rad within joints that should lock them.
     const bool is_bounded = entry.path().stem() != "governor";
     EXPECT_EQ(outcome.err.find("not bounded") == std::string::npos, is_bounded) << outcome.err;
   }
   EXPECT_GT(scenes, 40);
 }
 
-TEST_F(RunCommand, RefusesStrictlyWhatItReports) {
+TEST_F(RunCommand, StrictFailsOnViolations) {
   expect("run $S/pendulum.gltf --strict", 0, {"deepest penetration 0 m, largest joint gap "});
   // A loop has redundant rows, which contradict one another.
   const Outcome plain =
@@ -125,7 +125,7 @@ TEST_F(RunCommand, WarnsOfImpossibleMotion) {
          {"substep: warning: heavy_on_light: A2", ": not bounded: penetration 0."});
   const Outcome strict = expect("run $S/heavy_on_light.gltf --algorithm a2 --strict", 1, {});
   EXPECT_THAT(strict.err, testing::Not(HasSubstr("warning")));
-  // A gap that is above a hundredth of the scene, and no more.
+  // The gap exceeds a hundredth of the scene's size, and causes a warning only.
   expect("run $S/rod_chain.gltf --algorithm a1", 0, {}, {"h=1/60: joint gap 0.0"});
 }
 

@@ -1,5 +1,4 @@
-// Tests everything that is made from the list of settings' fields: each field changes it, and is read back
-// from it.
+// Tests every format derived from the list of settings' fields: it writes each field, and reads it back.
 
 #include <gmock/gmock.h>
 
@@ -23,7 +22,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Names of the fields in which they differ.
+/// Returns the names of fields in which two settings differ.
 std::vector<std::string> differences(const Settings& a, const Settings& b) {
   std::vector<std::string> names;
   for (const SettingsField& field : settings_fields) {
@@ -139,7 +138,7 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
   write("suite.toml", text);
   golden::SuiteCase entry = golden::read_suite(folder() / "suite.toml").cases.at(0);
   EXPECT_EQ(text_of(entry.settings, field()), text_of(changed(), field()));
-  // Whatever the scene asks for.
+  // The case's settings override the scene's.
   Scene scene;
   scene.step = 0.5;
   scene.substeps = 40;
@@ -169,7 +168,7 @@ TEST_P(EveryField, IsAnOption) {
 
 using ContactSettings = Program;
 
-// τ and κ are of all rows, as in the report, unless contacts get their own beside them; in any order.
+// τ and κ hold for all rows, as in the report, unless contacts get their own too, in any order.
 TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
   const auto expect = [](const Settings& settings, double tau, double kappa) {
     EXPECT_EQ(settings.of_contacts().tau, tau);

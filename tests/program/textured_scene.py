@@ -11,7 +11,7 @@ FIELD_OF_VIEW = 0.75  # rad, up and down
 
 
 def png(*rows):
-    """Of rows of RGBA pixels from the top."""
+    """Returns a PNG file of rows of RGBA pixels, from the top."""
     content = b"".join(b"\0" + b"".join(map(bytes, row)) for row in rows)
 
     def chunk(kind, content):
@@ -66,12 +66,12 @@ SQUARES = [
     ("vertices", surface(), (2.5, 0.9, 0)),
     ("turned away", surface(None, (1, 0, 0, 1), extensions=UNLIT), (-2.5, 0.9, 0)),
 ]
-# What light is seen through the blended one, and through the holes of the cut one.
+# A light wall, seen through the blended square and through the holes of the cut one.
 BEHIND = ("behind", surface(None, (0.9, 0.85, 0.8, 1), extensions=UNLIT), (-1, 0.9, -0.3))
 
 
 def quarters():
-    """Returns the centres of each square's quarters, in the world."""
+    """Yields the centres of each square's quarters, in the world."""
     for name, _, (x, y, z) in SQUARES:
         for dx in [-SIDE / 4, SIDE / 4]:
             for dy in [-SIDE / 4, SIDE / 4]:
@@ -102,11 +102,11 @@ class Buffer:
 
 def add_square(buffer, half, colors=None, is_turned=False):
     corners = [(-half, half, 0), (-half, -half, 0), (half, -half, 0), (half, half, 0)]
-    places = [(0, 0), (0, 1), (1, 1), (1, 0)]
+    coordinates = [(0, 0), (0, 1), (1, 1), (1, 0)]
     order = [0, 2, 1, 0, 3, 2] if is_turned else [0, 1, 2, 0, 2, 3]
     attributes = {"POSITION": buffer.add([corners[i] for i in order], "VEC3"),
                   "NORMAL": buffer.add([(0, 0, -1 if is_turned else 1)] * 6, "VEC3"),
-                  "TEXCOORD_0": buffer.add([places[i] for i in order], "VEC2")}
+                  "TEXCOORD_0": buffer.add([coordinates[i] for i in order], "VEC2")}
     if colors:
         attributes["COLOR_0"] = buffer.add([colors[i] for i in order], "VEC4")
     return attributes

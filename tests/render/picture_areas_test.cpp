@@ -24,7 +24,7 @@ std::vector<int> coverage(const std::vector<Rectangle>& areas) {
   return covered;
 }
 
-TEST(PictureAreas, HoldVisibleBodiesAndLeaveTheRest) {
+TEST(PictureAreas, CoverVisibleBodiesOnce) {
   const Scene scene = three_shapes();
   std::vector<Coordinates> poses = start_of(scene);
   Renderer renderer(scene, {.width = width, .height = height});

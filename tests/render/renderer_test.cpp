@@ -87,7 +87,7 @@ TEST(Renderer, PictureDependsOnPosesAlone) {
   renderer.draw_bodies(poses);
   EXPECT_EQ(renderer.draw(poses).rgb, first.rgb);
   EXPECT_EQ(picture_of(scene, small_picture).rgb, first.rgb);
-  // In another rounding mode of the caller.
+  // Draw in another rounding mode of the caller.
   ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
   const Image upward = renderer.draw(poses);
   EXPECT_EQ(std::fegetround(), FE_UPWARD);
@@ -175,7 +175,7 @@ Scene floating_box() {
   return scene;
 }
 
-/// Returns the pixel of a point on the ground before that scene's camera.
+/// Returns the pixel of a point on the ground in floating_box()'s picture.
 std::pair<int, int> ground_pixel(double x, double z) {
   const Vector3 seen = rotation_quaternion({0.4636, 0, 0}) * (Vector3(x, 0, z) - Vector3(0, 3, 6));
   const SineCosine half = sine_cosine(0.4);
@@ -195,7 +195,7 @@ RenderSettings without_shadows() {
   return settings;
 }
 
-TEST(Shadows, OfTheSunLieBelowABoxAlsoWhenABodyIsLost) {
+TEST(Shadows, SunShadowStaysWhenABodyIsLost) {
   Scene scene = floating_box();
   const int lost = add_body(scene, Sphere{0.3}, {2.5, 0.3, 0});
   const auto below = ground_pixel(0.1, 0.3);
@@ -209,7 +209,7 @@ TEST(Shadows, OfTheSunLieBelowABoxAlsoWhenABodyIsLost) {
   EXPECT_NEAR(luma(renderer.draw(poses), below), luma(lit, below), 3);  // measured −1
 }
 
-TEST(Shadows, OfALampSpread) {
+TEST(Shadows, LampShadowSpreads) {
   Scene scene = floating_box();
   scene.sun.reset();
   scene.lights.push_back(lamp_at({-2, 3, 0}, 30));

@@ -68,7 +68,7 @@ int code_of(double linear) {
       std::lround(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055)));
 }
 
-/// The picture's filmic curve.
+/// Returns the code of a radiance by the renderer's filmic curve.
 int displayed(double radiance) {
   const double x = 0.72 * radiance;
   return code_of(std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
@@ -85,7 +85,7 @@ int add_image(Scene& scene, const Image& image) {
 
 constexpr std::array<Color, 4> quarters{{{200, 30, 40}, {20, 180, 60}, {70, 80, 220}, {250, 240, 10}}};
 
-/// A square that shows the quarters, sharp.
+/// Returns a square that shows the quarters, without filtering.
 Scene scene_of_quarters() {
   Image image(2, 2);
   for (std::size_t i = 0; i < 12; ++i) image.rgb[i] = static_cast<std::uint8_t>(quarters[i / 3][i % 3]);
@@ -199,7 +199,7 @@ TEST(Surfaces, EmissionShowsInTheDark) {
   expect_near(at(drawn(scene)), {0, 0, 0});
 }
 
-/// A grey square in light from the right and above, of which its normals may be turned.
+/// Returns a grey square in light from the upper right, whose normals a test can turn.
 Scene scene_in_light() {
   Scene scene = facing_scene();
   Light& light = scene.lights.emplace_back();
@@ -236,7 +236,7 @@ TEST(Surfaces, MetalAndRoughnessComeFromTheirChannels) {
   textured.surfaces[0].metallic = 1;
   textured.surfaces[0].roughness = 1;
   Image finish(1, 1);
-  finish.rgb = {17, 102, 51};  // occlusion's channel is not looked at
+  finish.rgb = {17, 102, 51};  // the channel of occlusion has no effect
   textured.surfaces[0].textures[Surface::finish_texture].image = add_image(textured, finish);
   Scene plain = scene_in_light();
   plain.surfaces[0].metallic = 0.2;
@@ -252,7 +252,7 @@ TEST(Surfaces, PointLightFallsOffWithSquaredDistance) {
   Scene far = scene_in_light();
   far.lights[0].direction = {0, 0, -1};
   expect_near(at(drawn(near)), at(drawn(far)));
-  // At 1.5 m beside the centre the way is 1.25 times as long: (4/5)² of the light at a cosine of 4/5.
+  // With the lamp 1.5 m aside, it is 1.25 times as far: (4/5)² of the light at a cosine of 4/5.
   Scene beside = far;
   beside.lights[0].intensity = 3 * 0.8 * 0.8;
   beside.lights[0].direction = Vector3(-1.5, 0, -2).normalized();

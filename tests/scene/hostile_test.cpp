@@ -1,4 +1,4 @@
-/// Files that are refused with a sentence that names the place and the trouble, and features of glTF that are
+/// Files that are refused with a message that names the place and the fault, and features of glTF that are
 /// replaced with a warning. One file, since all rows edit one example.
 
 #include <gmock/gmock.h>
@@ -18,10 +18,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using namespace test;
 
-/// Each row: an edit of the example, words of the message, and the place that the message names, where that
-/// is |
-
-/// not the edit's own.
+/// Expects a refusal for each row: an edit of the example | words of the message | the place that the message
+/// names, unless that is the edit's own.
 void expect_refusals(const std::string& table) {
   for (const auto& row : rows(table)) {
     SCOPED_TRACE(row[0]);
@@ -324,7 +322,7 @@ json textured() {
     /materials/0/pbrMetallicRoughness/baseColorTexture = {"index": 0})");
 }
 
-/// Each row: an edit, and words of the warning; none where the document loads without one.
+/// Expects a warning for each row: an edit | words of the warning, none where there is no warning.
 void expect_warnings(const json& document, const std::string& table) {
   for (const auto& row : rows(table)) {
     SCOPED_TRACE(row[0]);

@@ -54,7 +54,7 @@ void PrintTo(const Case& tried, std::ostream* out) {
   *out << tried.name;
 }
 
-// Float positions, then 32-bit indices.
+// Positions and indices, stored in this order.
 struct Geometry {
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
@@ -65,7 +65,7 @@ struct Geometry {
   std::size_t vertices() const { return positions.size() / 3; }
 };
 
-// Points spread over a ball; its triangles are any, as a hull does not need them.
+// Returns points spread over a ball, with a single triangle: hulls need none.
 Geometry ball(std::size_t points) {
   Geometry geometry;
   for (std::size_t i = 0; i < points; ++i) {
@@ -92,7 +92,7 @@ Geometry grid(std::size_t side) {
   return geometry;
 }
 
-// One mesh of one primitive; `nodes` and the rest is for the case to add.
+// Returns a document of one mesh of one primitive, without nodes.
 json document_of(const Geometry& geometry) {
   const std::size_t positions = 4 * geometry.positions.size();
   const std::size_t indices = 4 * geometry.indices.size();
@@ -126,7 +126,7 @@ json collider_of_node(int node, bool hull, bool moves) {
   return {{"extensions", {{"KHR_physics_rigid_bodies", physics}}}};
 }
 
-// Node 0 has the mesh; `count` colliders have its geometry, each in a scale of its own where that is asked.
+// Adds node 0 with the mesh, and `count` colliders of its geometry, each in its own scale if `scaled`.
 json with_colliders(json document, int count, bool hull, bool moves, bool scaled) {
   document["nodes"].push_back({{"mesh", 0}});
   for (int i = 0; i < count; ++i) {
@@ -163,7 +163,7 @@ void repeat(json& list, int count) {
   for (int i = 0; i < count; ++i) list.push_back(list[0]);
 }
 
-// Nodes each below the one before.
+// Returns nodes that are each the child of the one before.
 json chain(int length) {
   json document = edited("/scenes =; /scene =; /nodes = []");
   for (int i = 0; i < length; ++i) document["nodes"].push_back({{"children", {i + 1}}});
@@ -171,7 +171,7 @@ json chain(int length) {
   return document;
 }
 
-// Nodes that wear the skin of 2000 joints, all one node.
+// Returns `wearers` nodes with a skin whose joints are all node 0.
 json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
   json document = document_of(geometry);
   const std::size_t vertices = geometry.vertices();
@@ -249,7 +249,7 @@ const std::vector<Case>& cases() {
       {"OneHullManyTimes", "", "", [] { return collided(ball(256), 6000, true, true, false); }},
       {"HullsOfOneMeshInManyScales", "/collider", "has more than",
        [] { return collided(ball(512), 6000, true, true, true); }},
-      {"HullsOfAllPoints", "", "",  // as many as fit, each with its own
+      {"HullsOfAllPoints", "", "",  // as many points as fit
        [] { return collided(ball(80'000), 1, true, true, false); }},
       {"HullsOfAllPointsInSomeScales", "/collider", "has more than",
        [] { return collided(ball(80'000), 20, true, true, true); }},
@@ -350,7 +350,7 @@ const std::vector<Case>& cases() {
 
 class SmallFile : public testing::TestWithParam<Case> {};
 
-TEST_P(SmallFile, TakesLittle) {
+TEST_P(SmallFile, TakesLittleMemoryAndTime) {
   const Case& tried = GetParam();
   const Crafted crafted = tried.make();
   ASSERT_LE(crafted.bytes.size(), largest_crafted);

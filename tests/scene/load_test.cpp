@@ -1,4 +1,4 @@
-/// Scenes that load, and what becomes of each thing in them.
+/// Tests what each part of a scene's file is loaded as.
 /// One file, since all tests change one example.
 
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ void expect_near(const Vector3& actual, const Vector3& expected, double toleranc
       << "is " << actual.transpose() << ", should be " << expected.transpose();
 }
 
-// The rotation that takes the node's frame to the world, from the body's pose.
+// Returns the pose of the body's node in the world.
 Pose node_pose(const Body& body) {
   return body.pose * body.body_from_node;
 }
@@ -119,7 +119,7 @@ TEST(LoadScene, ScalesDaylightInLuxDown) {
 }
 
 TEST(LoadScene, KeepsGivenNormals) {
-  // The positions of a cube's corners, as normals: unit length is made, not asked for.
+  // Give a cube's corners as normals: the loader normalizes them.
   const Scene scene = load(edited("/meshes/0/primitives/0/attributes/NORMAL = 0"));
   ASSERT_EQ(scene.meshes[0].positions.size(), 8u);
   for (std::size_t i = 0; i < 8; ++i) {
@@ -168,7 +168,7 @@ TEST(LoadScene, ReadsSettingsFromExtras) {
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
-  EXPECT_EQ(defaults.substeps, 45);  // of 2 kg and 2 t; see below
+  EXPECT_EQ(defaults.substeps, 45);  // for 2 kg and 2 t, by SubstepsFollowFromMasses
   EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
   const Scene scene = load(edited(R"(
@@ -196,7 +196,7 @@ TEST(LoadScene, SubstepsFollowFromMasses) {
   EXPECT_EQ(substeps(0, 500), 40);      // 0 kg: no force moves it, so that its joints close a loop
 }
 
-TEST(LoadScene, LoopsOfJointsAskForMoreSubsteps) {
+TEST(LoadScene, LoopsOfJointsTakeMoreSubsteps) {
   EXPECT_EQ(scene_named("four_bar").substeps, 40);
   EXPECT_EQ(scene_named("rod_chain").substeps, 10);
 }
@@ -349,7 +349,7 @@ TEST(LoadScene, CompoundIsOneSolid) {
   expect_near(scene.colliders[1].placement.position, {-1, 0, 0}, 1e-15);
 }
 
-TEST(LoadScene, BodyBelowAnotherIsItsOwn) {
+TEST(LoadScene, BodyBelowAnotherIsSeparate) {
   const Scene scene = load(edited(one_body("{}", R"({"type": "box"})"), R"(
     /nodes/0/children = [1]; /nodes/0/translation = [0, 1, 0]; /nodes/1/translation = [0, 2, 0];
     /nodes/1/$ = {"motion": {}, "collider": {"geometry": {"shape": 0}}})"));
@@ -431,14 +431,14 @@ TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
 }
 
 TEST(LoadScene, ColliderTakesMesh) {
-  // The rock's hull, from its mesh in place of a node that has it.
+  // The collider names the rock's mesh in place of the mesh's node.
   const Scene scene = load(edited(R"(/nodes/4/$/collider/geometry = {"mesh": 0, "convexHull": true})"));
   const Scene with_node = load(example());
   EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices,
             std::get<Polytope>(with_node.colliders[2].shape).vertices);
   EXPECT_EQ(scene.bodies[2].inverse_mass, with_node.bodies[2].inverse_mass);
   EXPECT_THAT(scene.warnings, IsEmpty());
-  // In the world, its triangles.
+  // A static collider keeps the triangles.
   const Scene in_world = load(edited(R"(/nodes/4/$ = {"collider": {"geometry": {"mesh": 0}}})"));
   EXPECT_EQ(std::get<TriangleMesh>(in_world.colliders[2].shape).triangles.size(), 12U);
   EXPECT_THAT(complaint(edited(R"(/nodes/4/$/collider/geometry = {"mesh": 1})")),
@@ -460,7 +460,7 @@ TEST(LoadScene, ReadsShapesOfGltf21) {
   EXPECT_THAT(scene.warnings, IsEmpty());
   const Scene still = load(edited(document, R"(/nodes/4/$ = {"collider": {"geometry": {"shape": 3}}})"));
   EXPECT_TRUE(std::holds_alternative<TriangleMesh>(still.colliders[2].shape));
-  // The extension's shapes are those that its colliders mean.
+  // Colliders of the extension refer to the extension's shapes.
   const Scene both = load(edited(R"(/shapes = [{"type": "sphere"}, {"type": "sphere"}])"));
   EXPECT_TRUE(std::holds_alternative<Plane>(both.colliders[0].shape));
   EXPECT_EQ(both.warnings,
@@ -545,7 +545,7 @@ TEST(LoadScene, FileWithoutPhysicsStandsStill) {
   ASSERT_EQ(still->visuals.size(), 1u);
   EXPECT_EQ(still->visuals[0].translation, Vector3(1, 2, 3));
   EXPECT_THAT(still->warnings, IsEmpty());
-  // Dropped, it keeps its look.
+  // Loaded as a falling body, the mesh keeps its surface.
   const Scene falling = load_scene(file);
   ASSERT_EQ(falling.bodies.size(), 2u);
   EXPECT_EQ(falling.surfaces[static_cast<std::size_t>(falling.meshes[0].surface)].name,

@@ -11,14 +11,14 @@
 
 namespace substep::test {
 
-/// A convex set as its corners, each the middle of a disc across `axis` of radius `disc`, all within a ball
-/// of radius `round`.
+/// A convex set: the hull of points, or of discs across the y axis about them, rounded by a ball of radius
+/// `round`.
 struct Core {
   std::vector<Vector3> corners;
-  std::vector<double> disc;  ///< of each corner, or empty
+  std::vector<double> disc;  ///< radius of the disc about each corner; empty: points
   double round = 0;
 
-  /// The farthest point along a unit direction of the set at `pose`.
+  /// Returns the farthest point of the set at `pose` along a unit direction.
   Vector3 support(const Pose& pose, const Vector3& direction) const {
     const Vector3 along = pose.orientation.conjugate() * direction;
     Vector3 flat(along.x(), 0, along.z());
@@ -70,7 +70,7 @@ inline Solid capsule(double half_length, double radius) {
           {{Capsule{half_length, radius}, {}, {{{0, -half_length, 0}, {0, half_length, 0}}, {}, radius}}}};
 }
 
-/// With unequal radii a frustum or a cone.
+/// Returns a cylinder; with unequal radii a frustum or a cone.
 inline Solid cylinder(double half_height, double radius_bottom, double radius_top) {
   return {radius_top > 0 ? "cylinder" : "cone",
           {{Cylinder{half_height, radius_bottom, radius_top},
@@ -89,16 +89,16 @@ inline Solid box_of(const Vector3& size) {
   return {"box", {{box(size), {}, {box_corners(size), {}, 0}}}};
 }
 
-/// A box's corners and faces as a hull, which the solver does not know to be a box.
 inline Solid hull_of(const std::vector<Vector3>& points) {
   return {"hull", {{convex_hull(points, "hull"), {}, {points, {}, 0}}}};
 }
 
+/// Returns a box as a hull, which the solver does not know to be a box.
 inline Solid box_hull(const Vector3& size) {
   return hull_of(box_corners(size));
 }
 
-/// A closed mesh of a box, which does not move.
+/// Returns a closed mesh of a box, for static bodies.
 inline Solid box_mesh(const Vector3& size) {
   Solid solid = box_of(size);
   const std::vector<Triangle> triangles{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
@@ -108,7 +108,7 @@ inline Solid box_mesh(const Vector3& size) {
   return solid;
 }
 
-/// A rectangle in y = 0 of two triangles, whose front is above.
+/// Returns a rectangle of two triangles in y = 0 that face up.
 inline Solid rectangle_mesh(double size_x, double size_z) {
   return {"rectangle",
           {{make_rectangle(size_x, size_z, false), {}, {box_corners({size_x, 0, size_z}), {}, 0}}}};
@@ -149,8 +149,8 @@ inline Solid random_solid(Random& random, double size) {
   }
 }
 
-/// The point of the convex hull of `simplex` that is nearest to the origin; leaves only the corners that it
-/// lies between.
+/// Returns the point of the convex hull of `simplex` nearest to the origin; reduces `simplex` to the corners
+/// that the point lies between.
 inline Vector3 nearest_to_origin(std::vector<Vector3>& simplex) {
   Vector3 best = simplex[0];
   std::vector<Vector3> kept{simplex[0]};
@@ -183,7 +183,7 @@ inline Vector3 nearest_to_origin(std::vector<Vector3>& simplex) {
   return best;
 }
 
-/// A distance that two convex sets surely have, which is theirs to 1 % (Gilbert, Johnson and Keerthi 1988):
+/// Returns a lower bound of the distance of two convex sets, within 1 % (Gilbert, Johnson and Keerthi 1988):
 /// the width of the slab between their supports along the direction found. 0 where they meet.
 inline double distance(const Core& a, const Pose& pose_a, const Core& b, const Pose& pose_b) {
   const auto support = [&](const Vector3& direction) {
@@ -191,18 +191,18 @@ inline double distance(const Core& a, const Pose& pose_a, const Core& b, const P
   };
   std::vector<Vector3> simplex{support(Vector3(0.6, 0.64, 0.48))};
   Vector3 nearest = simplex[0];
-  double surely = 0;
+  double bound = 0;
   for (int i = 0; i < 60; ++i) {
     const double length = nearest.norm();
     if (length < 1e-9) return 0;
     const Vector3 direction = -nearest / length;
     const Vector3 corner = support(direction);
-    surely = std::max(surely, -corner.dot(direction));
-    if (surely > 0.99 * length || simplex.size() > 3) break;
+    bound = std::max(bound, -corner.dot(direction));
+    if (bound > 0.99 * length || simplex.size() > 3) break;
     simplex.push_back(corner);
     nearest = nearest_to_origin(simplex);
   }
-  return surely;
+  return bound;
 }
 
 inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const Pose& pose_b) {
@@ -215,7 +215,7 @@ inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const
   return least;
 }
 
-/// The height of a solid above the plane through the origin with this unit normal.
+/// Returns the height of a solid above the plane through the origin with this unit normal.
 inline double height_above(const Vector3& normal, const Solid& solid, const Pose& pose) {
   double least = std::numeric_limits<double>::infinity();
   for (const Part& part : solid.parts)
@@ -228,7 +228,7 @@ struct Start {
   Vector3 velocity = Vector3::Zero();
   Vector3 spin = Vector3::Zero();
 
-  /// Returns the pose of a body without forces whose moments are equal.
+  /// Returns the pose at a time of a body without forces whose moments are equal.
   Pose at(double time) const {
     return {pose.position + time * velocity, rotation_quaternion(time * spin) * pose.orientation};
   }
@@ -261,7 +261,7 @@ inline void add_static_plane(Scene& scene, const Pose& pose, const Substance& su
   add_static(scene, {"plane", {{Plane{}, {}, {}}}}, pose, substance);
 }
 
-/// Returns the new body.
+/// Adds a body; returns its index.
 inline int add_body(Scene& scene, const Solid& solid, const Start& start, const Substance& substance) {
   const int index = static_cast<int>(scene.bodies.size());
   Body& body = scene.bodies.emplace_back();
@@ -275,7 +275,7 @@ inline int add_body(Scene& scene, const Solid& solid, const Start& start, const 
   return index;
 }
 
-/// Principal moments of a uniform box.
+/// Returns the principal moments of a uniform box.
 inline Vector3 box_moments(double mass, const Vector3& size) {
   const Vector3 s = size.cwiseAbs2();
   return mass / 12 * Vector3(s.y() + s.z(), s.x() + s.z(), s.x() + s.y());

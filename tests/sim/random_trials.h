@@ -1,9 +1,9 @@
 #pragma once
-// Checks that draw their scenes from a seed: each prints one row of a table, the worst of each algorithm
-// beside the limit.
+// Checks that draw their scenes from a seed: each prints one row of a table, the worst error of each
+// algorithm beside the limit.
 //
-// SUBSTEP_TRIALS=400 draws that many instead of 12; SUBSTEP_TRIAL=17 repeats one and prints what each
-// algorithm makes of it.
+// SUBSTEP_TRIALS=400 draws that many instead of 12; SUBSTEP_TRIAL=17 repeats one and prints each
+// algorithm's error.
 
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
@@ -26,11 +26,11 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
 
-  /// Uniform in [least, most).
+  /// Returns a number uniform in [least, most).
   double between(double least, double most) {
     return least + (most - least) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
   }
-  /// Uniform in its logarithm: both positive.
+  /// Returns a number whose logarithm is uniform. `least` and `most` are positive.
   double spread(double least, double most) { return least * std::pow(most / least, between(0, 1)); }
   int below(int count) { return static_cast<int>(between(0, count)); }
   bool flip() { return below(2) == 1; }
@@ -44,7 +44,7 @@ class Random {
     const double across = std::sqrt(1 - y * y);
     return {across * std::cos(turn), y, across * std::sin(turn)};
   }
-  /// A unit vector across a unit `axis`.
+  /// Returns a unit vector perpendicular to a unit `axis`.
   Vector3 across(const Vector3& axis) {
     const Vector3 d = direction();
     return (d - axis.dot(d) * axis).normalized();
@@ -73,13 +73,13 @@ inline int number_from_environment(const char* name, int otherwise) {
   return text ? std::atoi(text) : otherwise;
 }
 
-/// The settings that a run takes by default, as if the scene came from a file that names no n.
+/// Returns the default settings of a run, as for a scene file that gives no n.
 inline Settings default_settings_of(Scene scene, Algorithm algorithm) {
   scene.substeps = needed_substeps(scene);
   return usual_settings(scene, algorithm);
 }
 
-/// A trial whose error is the last, or the largest, `error(state, time)` after a step.
+/// Return a trial whose error is the last, or the largest, `error(state, time)` after a step.
 template <class Error>
 Trial last_of(std::string parameters, const Scene& scene, double duration, const Error& error) {
   return {std::move(parameters), [=](Algorithm algorithm) {

@@ -50,7 +50,7 @@ TEST(RotationVector, UndoesTheQuaternion) {
   EXPECT_EQ(rotation_vector(Quaternion::Identity()), Vector3::Zero());
 }
 
-// V.1 and V.2: the composition of two rotations is the rotation of the sum, to first order.
+// The report's V.1 and V.2: the composition of two rotations is the rotation of the sum, to first order.
 TEST(SmallRotations, AddWithAnErrorOfSecondOrder) {
   const Vector3 u = Vector3(1, 2, -1).normalized();
   const Vector3 v = Vector3(-2, 1, 3).normalized();
@@ -67,7 +67,7 @@ TEST(SmallRotations, AddWithAnErrorOfSecondOrder) {
   }
 }
 
-TEST(MeanOfFreeRotation, AgreesInOneStepAndInMany) {
+TEST(MeanOfFreeRotation, OneStepEqualsManySteps) {
   const Vector3 inertia(0.043333, 0.033333, 0.016667);
   const Vector3 velocity(5, 50, -30);
   for (const double duration : {1.0 / 240, 1.0 / 60, 1.0 / 10}) {
@@ -87,9 +87,8 @@ TEST(MeanOfFreeRotation, AgreesInOneStepAndInMany) {
   }
 }
 
-TEST(MeanOfFreeRotation, TopPrecessesByItsClosedForm) {
-  // For each choice of the axis: it turns about the momentum at L/I₁, and the body about it at (1 − I₃/I₁)
-  // ω₃.
+TEST(MeanOfFreeRotation, TopPrecessesAsClosedForm) {
+  // The axis of symmetry turns about the momentum at L/I₁, and the body about that axis at (1 − I₃/I₁) ω₃.
   for (int axis = 0; axis < 3; ++axis) {
     Vector3 inertia = Vector3::Constant(0.5);
     inertia[axis] = 0.8;
@@ -112,7 +111,7 @@ TEST(MeanOfFreeRotation, KeepsVelocityOfBall) {
 }
 
 TEST(MeanOfFreeRotation, KeepsVelocityAboutAxis) {
-  // Rounding off the axis must not end the series.
+  // A velocity across the axis by rounding alone must not end the series.
   const Vector3 velocity(6e-15, -5, 5e-15);
   EXPECT_LT((mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60) - velocity).norm(),
             1e-14);  // measured 9e-16
@@ -185,7 +184,7 @@ Trial momentum_error(Random& random) {
   });
 }
 
-/// A top turns about its axis at (1 − I₃/I₁) ω₃, and with that about its momentum at L/I₁.
+/// Returns the trial of a top, which turns about its axis at (1 − I₃/I₁) ω₃ and about its momentum at L/I₁.
 Trial motion_of_top(Random& random) {
   const double across = random.spread(1e-3, 1e3);
   Vector3 inertia = Vector3::Constant(across);

@@ -17,7 +17,7 @@ namespace substep::test {
 inline constexpr std::array all_algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                            Algorithm::a5};
 
-/// A3, A4 or A5 with one micro-iteration.
+/// Returns settings of A3, A4 or A5 with m = 1.
 inline Settings sub_stepped(Algorithm algorithm, int n, double tau, double kappa,
                             Joints joints = Joints::stable) {
   Settings settings{.algorithm = algorithm, .substeps = n, .tau = tau, .kappa = kappa, .joints = joints};
@@ -69,7 +69,7 @@ inline Joint ball_joint(int a, int b, const Vector3& anchor_a, const Vector3& an
   return joint;
 }
 
-/// A uniform thin rod along its x axis; its moment about that axis is small but not zero.
+/// Returns a uniform thin rod along its x axis, with a small moment about that axis.
 inline Body rod(double length, double mass) {
   const double across = mass * length * length / 12;
   Body body;
@@ -79,7 +79,7 @@ inline Body rod(double length, double mass) {
   return body;
 }
 
-/// side × side balls of 1 kg and 0.2 m in a level square, 0.5 m apart, on ball joints midway between
+/// Returns side × side balls of 1 kg and 0.2 m in a level square, 0.5 m apart, on ball joints midway between
 /// neighbours; every fourth of one edge is hung from the world.
 inline Scene net(int side) {
   Scene scene = empty_scene();
@@ -102,8 +102,8 @@ inline Scene net(int side) {
   return scene;
 }
 
-/// Rods of 0.5 m and 1 kg on ball joints, hung from the origin, at `angle` below the horizontal; a ball of
-/// `end_mass` (radius 0.25 m) at the end, if any.
+/// Returns rods of 0.5 m and 1 kg on ball joints, hung from the origin, at `angle` below the horizontal; a
+/// ball of `end_mass` (radius 0.25 m) at the end, if any.
 inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
   Scene scene = empty_scene();
   const double length = 0.5;
@@ -156,7 +156,7 @@ inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& p
   return collider.body;
 }
 
-/// Unit cubes of 1 kg on a floor, one on the other, the top one of another mass.
+/// Returns unit cubes of `mass` stacked on a floor, the top one of `top_mass`.
 inline Scene box_stack(int boxes, double friction = 0.6, double top_mass = 1, double mass = 1) {
   Scene scene = floor_scene(friction);
   for (int i = 0; i < boxes; ++i)
@@ -164,7 +164,7 @@ inline Scene box_stack(int boxes, double friction = 0.6, double top_mass = 1, do
   return scene;
 }
 
-/// Unit cubes of 1 kg on a floor in rows, 10 cm apart, `base` in the lowest.
+/// Returns unit cubes of 1 kg on a floor in rows, 10 cm apart, `base` in the lowest.
 inline Scene box_pyramid(int base) {
   Scene scene = floor_scene(0.6);
   for (int row = 0; row < base; ++row) {
@@ -227,7 +227,7 @@ inline double largest_displacement(const Scene& scene, const Settings& settings,
   });
 }
 
-/// The state after `duration` seconds.
+/// Returns the state after `duration` seconds.
 inline State run(const Scene& scene, const Settings& settings, double duration) {
   return measured_run(scene, settings, duration).state;
 }

@@ -33,7 +33,7 @@ const fs::path& folder() {
 
 void require(bool condition, const char* what) {
   if (condition) return;
-  std::fprintf(stderr, "what was read is not sound: %s\n", what);
+  std::fprintf(stderr, "the parsed content is not valid: %s\n", what);
   std::abort();
 }
 
@@ -41,7 +41,7 @@ void read(std::string_view kind, std::string_view content, const fs::path& file)
   if (kind == "pose-log") {
     const PoseLog log = parse_pose_log(content, file.string());
     require(!log.frames.empty() && log.full_every >= 1 && !log.bodies.empty(), "a pose log");
-    // A log that was read is complete: it is written and read to the same again.
+    // Writing a parsed log and parsing it again changes nothing.
     const std::string text = to_text(log);
     require(to_text(parse_pose_log(text, file.string())) == text, "a pose log written back");
     require(compare(log, log).none(), "a pose log compared with itself");

@@ -1,5 +1,4 @@
-/// Replays what fuzzing found: every file of the corpus loads or is refused, and so is what a few changes
-/// make of it.
+/// Replays the corpus of the fuzzer: every file loads or is refused, also after a few random changes.
 
 #include <gtest/gtest.h>
 
