@@ -14,8 +14,8 @@ namespace substep::render {
 /// The capacity of the shaders' arrays of lamps; further lights of a file are ignored.
 inline constexpr std::size_t most_lamps = 16;
 
-/// The scene's lights beside the sun: the uniforms of lamp() in shader_terms.cpp, whose comments say what the
-/// numbers are.
+/// The scene's lights beside the sun: the uniforms of lamp() in shader_terms.cpp, whose comments explain the
+/// numbers.
 struct Lamps {
   int count = 0;
   int key = -1;         ///< the lamp that casts shadows; −1: the sun does
@@ -26,11 +26,11 @@ struct Lamps {
   std::array<glm::vec4, most_lamps> colors{};
 };
 
-/// Returns lamps of such brightness that what is near `parts` is neither black nor white. The brightest there
-/// casts shadows unless the sun is as bright.
+/// Returns lamps, dimmed where they are too bright at `parts`. The lamp brightest there casts shadows unless
+/// the sun is as bright.
 Lamps lamps_of(const Scene& scene, std::span<const Part> parts);
 
-/// The block Frame of shader_terms.cpp, whose comments say what each field is.
+/// The block Frame of shader_terms.cpp, whose comments explain each field.
 struct FrameUniforms {
   glm::mat4 clip_from_world;
   glm::mat4 shadow_from_world;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int tile = area_tile;
 
-/// Returns the first tile and the one after the last from `low` to `high` of −1 to 1, and a pixel more on
-/// each side.
+/// Returns the first tile, and the one after the last, of the interval from `low` to `high` within −1 to 1,
+/// with a pixel more on each side.
 std::array<int, 2> tile_range(double low, double high, int pixels) {
   const auto bounded = [&](double at) {
     return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(tiles_along(pixels))));
@@ -53,7 +53,7 @@ int tiles_along(int pixels) {
 std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side) {
   std::vector<Rectangle> found;
   const std::size_t width = columns;
-  // The last rectangle that begins at each column; at first, any.
+  // The index of the last rectangle that begins at each column; 0 before there is one.
   std::vector<std::size_t> last(width, 0);
   for (std::size_t row = 0; row < marks.size() / width; ++row) {
     const std::span<const char> here = marks.subspan(row * width, width);
@@ -170,7 +170,7 @@ bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {
     low = glm::min(low, at);
     high = glm::max(high, at);
   }
-  // The cells beside take part where the map is read between cells.
+  // Include neighbouring cells, which interpolation reads.
   const double size = size_;
   const auto cell = [&](double at, int beside) {
     return static_cast<std::size_t>(std::clamp(std::floor(at * size) + beside, 0.0, size));

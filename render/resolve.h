@@ -32,9 +32,9 @@ struct RenderedPixels {
   std::span<const std::uint8_t> second;  ///< the other bodies' samples
 };
 
-/// Averages each pixel's samples, and with a third of their weight the nearest of its neighbours', as light,
-/// not as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface of
-/// nearly one colour, or not at all, a pixel is copied.
+/// Averages each pixel's samples, and the nearest samples of its neighbours at a third of the weight, in
+/// linear light and in integers: exact everywhere. Copies pixels amid one surface of nearly one colour, or
+/// amid ground and sky.
 Image resolved(const RenderedPixels& rendered);
 
 /// Red, green and blue in 65535ths.
@@ -47,7 +47,7 @@ SampleLight light_of_samples(const RenderedPixels& rendered);
 /// Lays the bodies of `layer` over the samples. `opacities`: of its first and second colour, in 255ths.
 void lay_over(SampleLight& samples, const RenderedPixels& layer, std::span<const std::uint8_t> opacities);
 
-/// Averages samples as the other function, but copies no pixel.
+/// Averages samples like resolved(RenderedPixels), but copies no pixel.
 Image resolved(const SampleLight& light, int width, int height, int samples);
 
 }  // namespace substep::render

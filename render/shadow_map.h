@@ -1,5 +1,5 @@
 #pragma once
-/// Draws the scene from the light that casts shadows.
+/// Maps of the shadows that the scene's key light casts.
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -26,8 +26,8 @@ ShadowView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> point
 /// their middle.
 ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> points);
 
-/// A depth texture of `size`² and, for each block of it, the least of the depths in and around the block. GL
-/// objects live as long as their context.
+/// A depth texture of `size`² and the least depth in and around each block of its texels. GL objects live as
+/// long as their context.
 class ShadowMap {
  public:
   static constexpr int blocks = 64;  ///< a side
@@ -37,9 +37,9 @@ class ShadowMap {
 
   /// Makes the map the target and clears it.
   void start();
-  /// After drawing: finds the least depths.
+  /// Finds the least depths after drawing.
   void finish();
-  /// The least depth around each block, row by row; 1 where there is nothing.
+  /// Returns the least depth around each block, row by row; 1 where nothing was drawn.
   const std::vector<float>& around() const { return around_; }
   GLuint depth() const { return depth_; }
   GLuint nearest() const { return nearest_; }

@@ -23,7 +23,7 @@ std::string value_of(const char* file, std::string_view key) {
   return {};
 }
 
-/// Returns small letters and digits, with one hyphen for whatever is between them.
+/// Returns the text's letters, in lower case, and digits, with a hyphen for each run of other characters.
 std::string as_word(const std::string& text) {
   std::string word;
   for (const unsigned char c : text) {

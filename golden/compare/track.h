@@ -1,12 +1,11 @@
 #pragma once
 /// Tracks: a short record of each frame of a run.
 ///
-/// A golden pose log has a hash of every frame, but poses of every tenth or so only. Its track, beside it,
-/// has for every frame a digest of each body, so that the first body to change is known and not guessed; the
-/// poses to a hundredth of a millimetre, so that the frame in which a change could first be seen is found by
-/// drawing it; and what stays meaningful where poses do not (invariants). It only explains: without a track a
-/// case is judged the same, with fewer words, but for a pose tolerance past a change of contacts
-/// (motion_comparison.h).
+/// A golden pose log has a hash of every frame, but poses of only about every tenth. The track beside it has
+/// for every frame a digest of each body, which tells the first body to change; the poses to a hundredth of a
+/// millimetre, which can be drawn to find the first visible change; and invariants, which stay comparable
+/// where poses do not. A track only explains a verdict, except that pose tolerances past a change of contacts
+/// need it (motion_comparison.h).
 
 #include <cstdint>
 #include <filesystem>

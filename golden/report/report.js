@@ -1,5 +1,5 @@
 'use strict';
-// Without this script the report is a page of tables and pictures; with it each pair of pictures is compared in three ways.
+// Adds three ways to compare each pair of pictures to the report, which is complete without this script.
 
 const MODES = [['side', 'Side by side', ['expected', 'actual']], ['flicker', 'Flicker', ['expected', 'actual']],
   ['flip', 'FLIP', ['flip']]];
@@ -52,7 +52,7 @@ class Viewer {
     this.show([this.showsActual ? 'actual' : 'expected']);
   }
 
-  /// By hand: the timer stops, and each call shows the other picture.
+  /// Stops the timer and shows the other picture.
   flickOnce() {
     if (this.mode !== 'flicker') this.set('flicker');
     clearInterval(this.timer);

@@ -224,7 +224,7 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
   }
 }
 
-/// Throws Error where a typed option is of another layout. Notes whether one is of a simulated run.
+/// Throws Error where a typed option is for another layout. Stores whether one is for simulated runs.
 void check_options(const CLI::App& command, RenderOptions& options) {
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_single_name();

@@ -1,6 +1,6 @@
 // The bodies' meshes, textures and poses in WebGL 2.
 
-/** Samplers by Surface::Role, and the unit of the first. Unit 0 is the shadow's, and of passes that draw no bodies. */
+/** Samplers by Surface::Role, and the texture unit of the first. The shadow, and passes without bodies, use unit 0. */
 const TEXTURE_NAMES = ['color_texture', 'finish_texture', 'normal_texture', 'occlusion_texture', 'emission_texture'];
 const TEXTURE_UNIT = 1;
 
@@ -32,7 +32,7 @@ class Bodies {
     this.largest = Math.max(0.01, ...moving);
   }
 
-  /** Uploads what is drawn for all bodies at once, or where blended for one after the other, from back to front. */
+  /** Uploads a primitive: drawn for all bodies at once, or if blended for one body after the other, from back to front. */
   uploadPrimitive(primitive, first, bodies) {
     const {gl} = this;
     const {positions, normals, coordinates, colors, tangents, indices, look} = primitive;
@@ -78,7 +78,7 @@ class Bodies {
     });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, elements);
     gl.bindVertexArray(null);
-    // Vertices without a colour of their own.
+    // Make vertices without a colour white.
     gl.vertexAttrib4f(8, 1, 1, 1, 1);
     return vertices;
   }
@@ -89,7 +89,7 @@ class Bodies {
     return {...look, bound};
   }
 
-  /** Returns an image's texture, one as colour and one as numbers; −1: one white texel, which changes nothing. */
+  /** Returns an image's texture, as colour or as numbers; image −1 is one white texel, which changes nothing. */
   texture(image, isColor) {
     const {gl, textures} = this;
     const key = `${image} ${isColor}`;
@@ -107,7 +107,7 @@ class Bodies {
     return texture;
   }
 
-  /** Returns the sampler of glTF's numbers, which are WebGL's. */
+  /** Returns the sampler of a glTF sampler, whose numbers are those of WebGL. */
   sampler({wrapS, wrapT, magFilter, minFilter}) {
     const {gl, samplers} = this;
     if (!wrapS) return null;
@@ -134,7 +134,7 @@ class Bodies {
     gl.bufferData(gl.ARRAY_BUFFER, this.instanceValues, gl.DYNAMIC_DRAW);
   }
 
-  /** Draws by a program. */
+  /** Draws primitives by a program. */
   draw(program, clip, draws) {
     const {gl} = this;
     useProgram(gl, program, {clip_from_world: clip});

@@ -1,13 +1,13 @@
 // Draws the overlay of pictures, and the page as one picture.
 
-/** Returns the colour of a body's error: linear, with a weight. */
+/** Returns the colour of a body's error in linear light, with weight 1 over the body's own. */
 function errorColor(data, index, frame, body) {
   const {ramp, scale: [lower, upper], tracks} = data;
   const error = bodyError(data, tracks[index], frame, body);
-  const share = Math.max(0, Math.min(1, (Math.log10(Math.max(error, 1e-12)) - lower) / (upper - lower)));
-  const place = share * (ramp.length - 1);
-  const at = Math.min(ramp.length - 2, Math.floor(place));
-  return [0, 1, 2].map((c) => ((ramp[at][c] + (ramp[at + 1][c] - ramp[at][c]) * (place - at)) / 255) ** 2.2).concat(1);
+  const fraction = Math.max(0, Math.min(1, (Math.log10(Math.max(error, 1e-12)) - lower) / (upper - lower)));
+  const position = fraction * (ramp.length - 1);
+  const at = Math.min(ramp.length - 2, Math.floor(position));
+  return [0, 1, 2].map((c) => ((ramp[at][c] + (ramp[at + 1][c] - ramp[at][c]) * (position - at)) / 255) ** 2.2).concat(1);
 }
 
 /** Draws the paths of bodies in the last second. */

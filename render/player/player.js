@@ -70,8 +70,8 @@ class Player {
       const [dx, dy] = [event.clientX - before.clientX, event.clientY - before.clientY];
       const other = [...fingers.values()].find((finger) => finger.pointerId !== event.pointerId);
       if (other) {
-        const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
-        this.camera.zoom(apart(before) / Math.max(1, apart(event)));
+        const distance = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+        this.camera.zoom(distance(before) / Math.max(1, distance(event)));
         this.camera.pan(dx / 2, dy / 2, picture.clientHeight);
       } else if (event.shiftKey || event.buttons & 6) {
         this.camera.pan(dx, dy, picture.clientHeight);
@@ -210,7 +210,7 @@ class Player {
     this.layOut();
   }
 
-  /** Arranges panels in rows as the film's: rows_for() of the program. */
+  /** Arranges panels in rows as in films, like rows_for() in C++. */
   layOut() {
     const main = $('panels');
     const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
@@ -225,7 +225,7 @@ class Player {
       const seen = (Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9)) * (1 - 0.15 * (most / least - 1));
       if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {rows, seen};
     }
-    // Later rows may have a panel less, and wider ones.
+    // Later rows may have one panel less, and wider panels.
     const [least, most] = [Math.floor(count / best.rows), Math.ceil(count / best.rows)];
     const inFullRows = count % best.rows * most;
     main.style.gridTemplateColumns = `repeat(${least * most}, minmax(0, 1fr))`;
@@ -272,7 +272,7 @@ class Player {
     this.ask();
   }
 
-  /** Draws with the browser's next picture. */
+  /** Requests a drawing in the browser's next frame. */
   ask() {
     if (this.isAsked) return;
     this.isAsked = true;
@@ -368,7 +368,7 @@ class Player {
   }
 }
 
-/** Shows the moment of #t=1.5; else plays, unless the reader wants nothing to move by itself. */
+/** Shows the time in #t=1.5, s; else plays, unless the reader prefers reduced motion. */
 function begin(player) {
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) {

@@ -53,7 +53,7 @@ Json list(const glm::vec4& v) {
   return {v.x, v.y, v.z};
 }
 
-/// Returns values with the four digits that a curve shows.
+/// Returns values rounded to four digits; 1e6 for infinite ones.
 Json rounded(const std::vector<double>& values) {
   Json result = Json::array();
   for (const double value : values) {
@@ -67,7 +67,7 @@ Vector3 vector(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// Returns the tangent to the side at which the picture may end: that of the outermost corner in the view.
+/// Returns the tangent of the angle to the side that the picture must show: of the outermost corner in view.
 double side_of(const View& view, std::span<const Part> parts,
                std::span<const std::vector<Coordinates>> frames) {
   double side = 0;
@@ -126,8 +126,8 @@ Json light_of(const Scene& scene, std::span<const Part> parts) {
           {"lamps", lamps_for_page(lamps)}};
 }
 
-/// Returns the bodies, each with its mass' mean squared distances from the planes through its centre that a
-/// turn moves, as squared_distance() has them.
+/// Returns the bodies, each with the squares of its radii of gyration in the form that bodyError() of
+/// recording.js takes.
 Json bodies_of(const Scene& scene) {
   Json bodies = Json::array();
   for (const Body& body : scene.bodies) {
@@ -162,8 +162,8 @@ double position_unit(double size) {
   return std::exp2(std::floor(std::log2(std::max(size, 1e-6) * 4e-6)));
 }
 
-/// Returns the pose in whole units, positions clamped to 1e5 m. Of a rotation's two quaternions the nearer to
-/// `before` is taken; numbers that are not finite stay as in `before`.
+/// Returns the pose in whole units, positions clamped to 1e5 m. Takes the quaternion of the rotation that is
+/// nearer to `before`; returns `before` for a pose that is not finite.
 WholePose whole(const Coordinates& q, double unit, const WholePose& before) {
   constexpr double far = 1e5;
   if (!q.linear.allFinite() || !q.angular.coeffs().allFinite()) return before;
@@ -184,8 +184,8 @@ void append(std::string& stream, std::int64_t change) {
   stream += static_cast<char>(left);
 }
 
-/// Returns the changes of each pose but the world's, body by body, number by number and frame by frame.
-/// Without frames, they are the scene's start.
+/// Returns the changes from frame to frame of the poses, body by body without the world, number by number.
+/// Without frames, the stream holds the scene's start.
 std::string pose_stream(const Scene& scene, std::vector<std::vector<Coordinates>> frames, double unit) {
   if (frames.empty()) frames = {initial_state(scene).q};
   std::string stream;
@@ -223,8 +223,8 @@ Json panels_of(const Comparison& comparison) {
   return panels;
 }
 
-/// Returns what the strips can show, the comparison's own first, each with the panels' key that holds it and
-/// its axis.
+/// Returns the kinds of strips, the comparison's own first, each with the panels' key of its values and its
+/// axis.
 Json strips_of(const Comparison& comparison) {
   constexpr std::array<std::pair<Strip, const char*>, 5> all{{{Strip::error, "errors"},
                                                               {Strip::expected, "expected"},
@@ -250,7 +250,8 @@ Json strips_of(const Comparison& comparison) {
   return strips;
 }
 
-/// Returns JSON for a <script>, in which no tag ends. Names that are not UTF-8 get a replacement character.
+/// Returns JSON for a <script>, without '<', which could end the tag. Names that are not UTF-8 get a
+/// replacement character.
 std::string for_page(const Json& json) {
   std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");

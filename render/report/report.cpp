@@ -153,7 +153,7 @@ class Report {
         fmt::arg("equal_cost", equal_cost_factor));
   }
 
-  /// Adds the figures that miss what is known, with a heading; nothing where there are none.
+  /// Adds a section of the measured values that miss a known one, if there are any.
   void worst_figures() {
     const std::vector<BadFigure> figures = bad_figures(records_);
     if (figures.empty()) return;

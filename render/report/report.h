@@ -1,5 +1,5 @@
 #pragma once
-/// The report: one page of what a sweep measured, with its figures, tables and what to choose when.
+/// The report: one page of a sweep's measurements, with figures, tables and recommendations.
 
 #include <functional>
 #include <map>
@@ -10,10 +10,10 @@
 
 namespace substep::report {
 
-/// The most scenes for which each has a card; more are a table.
+/// Largest number of scenes that get a card each; more scenes share a table.
 inline constexpr std::size_t most_cards = 8;
 
-/// Returns the page with these figures, by their names, and without others.
+/// Returns the page with these figures alone, by their names.
 Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures);
 
 /// Returns the page with all figures of the source. `progress` receives the fraction done.

@@ -18,8 +18,8 @@ struct Unit {
   std::string_view name;
 };
 
-/// Returns three digits of `value` in the first unit that it reaches, of units in falling order; "" below
-/// all.
+/// Returns three digits of `value` in the first unit that it reaches, of units in falling order; ""
+/// below all units.
 std::string in_units(double value, std::span<const Unit> units) {
   for (const Unit& unit : units) {
     const double count = value / unit.size;
@@ -31,7 +31,7 @@ std::string in_units(double value, std::span<const Unit> units) {
   return "";
 }
 
-/// Returns why a run ended, and its unsolved steps; "" where neither is there.
+/// Returns why a run ended early and its number of unsolved steps; "" for a whole run.
 std::string end_of(const Run& run) {
   std::string text = run.refusal;
   if (run.diverged) text = fmt::format("diverged at t = {:.2f} s", *run.diverged);

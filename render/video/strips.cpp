@@ -34,7 +34,7 @@ const StripKind& kind_of(Strip strip) {
   return kinds.at(static_cast<std::size_t>(strip));
 }
 
-/// Returns decades that hold the values, without the smallest few and those of a run that exploded.
+/// Returns decades that hold the values, without the smallest 5 % and those above 100 m.
 Decades decades_of(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !(value > 0); });
   Decades scale;

@@ -18,8 +18,8 @@ namespace {
 constexpr Color dark{40, 43, 50};
 constexpr Color quiet{100, 105, 114};
 
-/// The layout in pixels. For a single time a row holds several runs; later rows may hold one less, in wider
-/// pictures.
+/// The layout in pixels. A sheet of a single time has several runs in a row; later rows may have one run
+/// less, in wider pictures.
 struct Grid {
   int gap, line, left, top, width, height;
   std::size_t most;  ///< runs in a row
@@ -48,7 +48,7 @@ struct Grid {
     const auto less = static_cast<int>(most) - 1;
     return ((less + 1) * (width + gap) - less * gap) / less;
   }
-  /// Returns the left edge of the picture of a run at one of its times.
+  /// Returns the left edge of a run's picture in a column of times.
   int x(std::size_t column, std::size_t run) const {
     const std::size_t in_row = run < full ? run % most : (run - full) % (most - 1);
     return left + static_cast<int>(column + in_row) * (width_of(run) + gap);

@@ -44,7 +44,7 @@ Item item_of(const Settings& settings, const SettingsPart& part, bool has_subste
   return {part.field, key, part.text};
 }
 
-/// Returns whether labels leave the field out of the panel's settings, though the panel reads it.
+/// Returns whether a label omits the field, though the panel's algorithm reads it.
 bool is_left_out(const PanelChoice& panel, const SettingsField& field, const std::vector<Item>& items) {
   return panel.kind == PanelChoice::Kind::algorithm && field.group != 0 &&
          field.is_read_by(panel.settings.algorithm) &&
@@ -88,7 +88,7 @@ std::string words_on(const PanelChoice& panel) {
   return "";
 }
 
-/// Returns the colour of "#5db4ea".
+/// Returns the colour of a text such as "#5db4ea".
 Color color_in(const char* ink) {
   Color color{};
   for (std::size_t i = 0; i < color.size(); ++i) {
@@ -98,7 +98,7 @@ Color color_in(const char* ink) {
   return color;
 }
 
-/// Returns `percent` of `color` over the rest of `below`.
+/// Returns a mixture: `percent` of `color`, the rest of `below`.
 Color mixed(const Color& color, const Color& below, int percent) {
   Color result{};
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -107,7 +107,7 @@ Color mixed(const Color& color, const Color& below, int percent) {
   return result;
 }
 
-/// Returns the shade of an ink: 0 the ink, 1 nearer to `away`, 2 fainter, and so on in turn.
+/// Returns a shade of an ink, in turn: 0 the ink, 1 mixed with `away`, 2 mixed with grey.
 Color shaded(const char* ink, int shade, const Color& away) {
   constexpr Color grey{100, 104, 112};
   const Color color = color_in(ink);

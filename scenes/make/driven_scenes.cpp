@@ -8,7 +8,7 @@
 namespace substep::scenes {
 namespace {
 
-/// Two beams that carry a row of rigs each, one for each kind of joint. A rig hangs from the point of its
+/// Two beams that carry a row of rigs each, one for each kind of joint. A rig hangs from the origin of its
 /// joint's node.
 struct JointKinds : GltfBuilder {
   JointKinds()
@@ -70,8 +70,8 @@ struct JointKinds : GltfBuilder {
     scenery("frame", {{wood, finish::walnut}, {metal, finish::iron}});
   }
 
-  /// A body of 1 kg with the moments of a box. `hold` is the point of the joint in the body's node; it stands
-  /// at `start` in the frame of the joint's node.
+  /// A body of 1 kg with the moments of a box. `hold` is the joint's point in the body's node; `start` is the
+  /// point's pose in the joint's node.
   struct Piece {
     Vector3 size;
     Pose start = {};
@@ -177,12 +177,12 @@ struct PoweredWheel : GltfBuilder {
     add_ramp();
     const int chassis = add_chassis();
     const int wheels = add_wheels();
-    // The chassis as the wheels see it turns about +Z: the wheels turn about −Z, which is forwards along +X.
+    // The motor turns the chassis about +Z relative to the wheels, which so turn about −Z and roll along +X.
     const int axle = node("axle", {}, wheels);
     joint(axle, node("bearing", {}, chassis),
           hinge(VelocityDrive{.velocity = rate, .damping = 1000, .max_torque = 8}));
 
-    constexpr double reached = 0.7;  // s: when it has its speed
+    constexpr double reached = 0.7;  // s: time at which the car reaches its speed
     const std::string_view level = "T/r = (M + I/r²) a until v = ω r, and v from then on";
     expect({"speed before the ramp, mean from 0.8 to 1.5 s", "velocity", {"wheels"}, X}, mean(0.8, 1.5),
            rate * radius, 0.02, level);
@@ -236,7 +236,7 @@ struct PoweredWheel : GltfBuilder {
     return chassis;
   }
 
-  /// Adds both wheels and their axle as one body. Balls as colliders: they roll without the bumps of a prism.
+  /// Adds both wheels and their axle as one body, with balls as colliders, which roll smoother than prisms.
   int add_wheels() {
     const int wheels = node("wheels", at(0, radius, 0));
     motion(wheels, {.mass = 4, .inertia = Vector3(0.9, 0.9, 0.32)});
@@ -359,7 +359,7 @@ struct Ragdoll : GltfBuilder {
                               {.kind = angular, .axes = {1}, .min = -twist, .max = twist}});
   }
 
-  /// Angles are those of the upper limb as seen from the lower one.
+  /// Returns a hinge with a range of angles, rad, of the upper limb relative to the lower one.
   int bend(double min, double max) {
     return joint_description(
         {point, locked(angular, {0, 1}), {.kind = angular, .axes = {2}, .min = min, .max = max}});

@@ -52,7 +52,7 @@ GltfBuilder near_miss() {
     const int look = gltf.mesh("ball_" + number, {{ball_geometry, lane.finish}});
     const double start = -lane.speed * duration / 2;
 
-    // Place the posts: pins and corners of stakes, on both sides unless a ball comes there.
+    // Place pins and corners of stakes on both sides of the lane, unless a ball comes on one of them.
     for (std::size_t k = 0; k < passes.size(); ++k) {
       const bool is_pin = (i + k) % 2 == 0;
       const double side = lane.oncoming > 0 || k < 2 ? 1 : -1;
@@ -153,7 +153,7 @@ GltfBuilder struck() {
   const int striking = gltf.mesh("striker", {{geometry, finish::terracotta}});
   const int hit = gltf.mesh("ball", {{geometry, finish::steel}});
 
-  // The row: each ball hands its speed on to the next.
+  // Place a row of balls, each of which hands its speed on to the next.
   const int elastic = gltf.bouncing_material(1);
   gltf.body("striker", line * at(-run_up - 2 * radius, radius, 0.6), moving(speed), {round, elastic},
             striking);
@@ -170,7 +170,7 @@ GltfBuilder struck() {
   gltf.expect({"speed of the others at 0.4 s", "speed", stopped}, at_time(duration), 0, 0.01 * speed,
               hands_on);
 
-  // Balls before a wall, by restitution: the velocities at the end follow from one impact after another.
+  // Place balls before walls, by restitution: the final velocities follow from one impact after another.
   struct Lane {
     const char* name;
     double restitution;

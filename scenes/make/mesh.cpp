@@ -13,7 +13,7 @@
 namespace substep::scenes {
 namespace {
 
-/// Unit directions from a to b along the shorter arc, at equal angles: 2^halvings + 1 of them.
+/// Returns 2^halvings + 1 unit directions from a to b along the shorter arc, at equal angles.
 std::vector<Vector3> arc(const Vector3& a, const Vector3& b, int halvings) {
   std::vector<Vector3> directions{a, b};
   for (int i = 0; i < halvings; ++i) {
@@ -33,13 +33,13 @@ Vector3 face_normal(const Polyhedron& solid, const std::vector<int>& face) {
   return (solid.vertices[face[1]] - a).cross(solid.vertices[face[2]] - a).normalized();
 }
 
-/// A piece of a profile in the plane (radius, y, 0): a point and the outward normal there.
+/// A point of a profile in the plane (radius, y, 0) with its outward normal.
 struct ProfileVertex {
   Vector3 point;
   Vector3 normal;
 };
 
-/// Smooth runs of vertices; runs are not joined, so that a sharp corner keeps its two normals.
+/// Returns smooth runs of vertices. Runs are not joined, so that a sharp corner keeps its two normals.
 std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool closed) {
   const int count = static_cast<int>(profile.size());
   const int segments = closed ? count : count - 1;
@@ -52,7 +52,7 @@ std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool
     return Vector3(along.y(), -along.x(), 0);
   };
 
-  // How much of the segments beside corner i its fillet takes.
+  // Returns the length that corner i's fillet takes of the segments beside it.
   const auto tangent_length = [&](int i) {
     if (!closed && (i == 0 || i == count - 1)) return 0.0;
     const double cosine = outward(i - 1).dot(outward(i));
@@ -81,20 +81,20 @@ std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool
     const bool convex = before.cross(after).z() > 0;
     const double side = convex ? 1 : -1;
     const Vector3 centre = point(i) - side * fillet * (before + after) / (1 + before.dot(after));
-    // Small fillets are only there to catch the light.
+    // Small fillets only catch the light: few vertices do.
     const int halvings = (before.dot(after) > 0.75 ? 1 : 2) + (fillet > 0.04 ? 1 : 0);
     for (const Vector3& normal : arc(before, after, halvings)) {
-      const Vector3 place = centre + side * fillet * normal;
-      // Two fillets that meet would put two vertices at one place.
-      if (!runs.back().empty() && (runs.back().back().point - place).norm() < 1e-9) continue;
-      runs.back().push_back({place, normal});
+      const Vector3 position = centre + side * fillet * normal;
+      // Two fillets that meet would give two vertices one position.
+      if (!runs.back().empty() && (runs.back().back().point - position).norm() < 1e-9) continue;
+      runs.back().push_back({position, normal});
     }
   }
   if (!closed) {
     const Vector3 end = point(count - 1);
     if ((runs.back().back().point - end).norm() > 1e-9) runs.back().push_back({end, outward(segments - 1)});
   } else if (profile[0].fillet == 0) {
-    // Before the first corner there is a run that the last one continues.
+    // Append the run before the first corner to the last run.
     runs.back().push_back(runs.front().front());
     runs.erase(runs.begin());
   } else {
@@ -196,14 +196,14 @@ Mesh rounded(const Polyhedron& solid, double radius, int segments) {
     }
     patches.push_back(add_patch(mesh, solid.vertices[v], planes, radius, segments));
   }
-  // The vertex of v's patch `step` steps from face f towards face g.
+  // Returns the vertex of v's patch `step` steps from face f towards face g.
   const auto rim = [&](int v, int f, int g, int step) {
-    std::array<int, 3> place{};
+    std::array<int, 3> index{};
     for (int i = 0; i < 3; ++i) {
-      if (faces_at[v][i] == f) place[i] = segments - step;
-      if (faces_at[v][i] == g && g != f) place[i] = step;
+      if (faces_at[v][i] == f) index[i] = segments - step;
+      if (faces_at[v][i] == g && g != f) index[i] = step;
     }
-    return patches[v].at(place);
+    return patches[v].at(index);
   };
 
   for (const auto& [edge, f] : face_left_of) {

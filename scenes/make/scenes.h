@@ -23,7 +23,7 @@ inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
   return {.kind = kind, .axes = axes, .min = 0, .max = 0};
 }
 
-/// Principal moments of a uniform box.
+/// Returns the principal moments of a uniform box.
 inline Vector3 box_inertia(double mass, const Vector3& size) {
   const Vector3 squares = size.cwiseProduct(size);
   return Vector3(squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y()) *
@@ -41,7 +41,7 @@ inline std::vector<std::string> numbered(const std::string& name, int first, int
   return names;
 }
 
-/// A body that is tried beside others of other friction.
+/// One of several bodies side by side that differ in friction.
 struct Lane {
   std::string name;
   double friction;

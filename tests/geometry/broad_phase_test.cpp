@@ -55,7 +55,7 @@ TEST(BroadPhase, FindsPairsOfBruteForce) {
       EXPECT_EQ(pairs, brute_pairs(boxes));
     }
   }
-  // On a grid all corners have equal coordinates, so that every order has ties and boxes end where lanes do.
+  // Put boxes on a grid, where orders have ties and boxes end where lanes do.
   std::vector<Bounds> grid;
   for (int i = 0; i < 343; ++i)
     grid.push_back({test::grid_point(i, 7), test::grid_point(i, 7) + Vector3::Ones()});
@@ -80,7 +80,7 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
   }
 }
 
-TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
+TEST(BroadPhase, SweepsOnlyMovedBoxes) {
   std::mt19937 random(5);
   BroadPhase broad_phase;
   Pairs pairs;
@@ -108,8 +108,7 @@ TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
   EXPECT_EQ(pairs, brute_pairs(boxes));
 }
 
-/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns, and as many layers as make up
-/// `count`.
+/// Returns `count` unit cubes with gaps above an infinite floor, in `wide` × `wide` columns.
 std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
   std::vector<Bounds> boxes = {{Vector3(-infinity, -infinity, -infinity), Vector3(infinity, 0, infinity)}};
   for (int i = 0; i < count; ++i) {

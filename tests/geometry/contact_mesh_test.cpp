@@ -23,7 +23,7 @@ using test::upright;
 
 constexpr double margin = 0.02;
 
-/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down (or up) by `slope` away from it.
+/// Returns two slopes that meet in the z axis; each falls by `slope` away from it, or rises if negative.
 TriangleMesh ridge(double slope) {
   std::vector<Vector3> positions;
   std::vector<Triangle> triangles;
@@ -71,7 +71,7 @@ TEST(MeshContacts, FlatMeshMatchesPlane) {
       double worst = 0;
       for (int trial = 0; trial < 400; ++trial) {
         Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
-        // Let down until it is 1 mm deep, or left 1 mm above.
+        // Lower the shape until it is 1 mm deep, or 1 mm above.
         pose.position.y() -=
             depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) + (trial % 2 == 0 ? 1e-3 : -1e-3);
         const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
@@ -124,7 +124,7 @@ TEST(MeshContacts, SlidingBoxHasFourCorners) {
 TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
-  // Balanced on the ridge: one contact at the edge for a sphere, two for what has a side along it.
+  // Balance shapes on the ridge: a sphere has one contact at the edge, a shape with a side along it two.
   const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, margin);
   ASSERT_EQ(ball.size(), 1U);
   EXPECT_LT((ball[0].normal - Vector3::UnitY()).norm(), 1e-9);
@@ -136,11 +136,11 @@ TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
     EXPECT_NEAR(point.distance, -1e-3, 1e-12);
     EXPECT_NEAR(point.on_b.x(), 0, 1e-12);
   }
-  // A sphere that rolls over it: from one face's normal round the edge to the other's, without a jump.
+  // Roll a sphere over the edge: its normal turns from one face's to the other's, without a jump.
   Vector3 before = Vector3::Zero();
   for (int i = 0; i <= 2000; ++i) {
     const double x = -0.5 + 5e-4 * i;
-    // Its centre 0.3 from the surface: over a face or on the arc about the edge.
+    // Keep the centre 0.3 from the surface: over a face or on the arc about the edge.
     const double edge_of_arc = 0.3 * right.x();
     const double y =
         std::abs(x) <= edge_of_arc ? std::sqrt(0.09 - x * x) : (0.3 - std::abs(x) * right.x()) / right.y();
@@ -185,7 +185,7 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
         const Pose pose = {test::random_point(random, 2), test::random_orientation(random)};
         const auto on_solid = contacts(shape, pose, solid, {}, margin);
         const double depth = test::lowest_distance(on_solid);
-        // Deeper, the mesh's triangles no longer know that they are a solid's.
+        // Skip deeper overlaps, where triangles do not know the solid that they bound.
         if (depth < -0.05) continue;
         const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
         ASSERT_EQ(test::complaint(on_mesh, margin), "");
@@ -198,13 +198,13 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
           ASSERT_FALSE(on_mesh.empty()) << shape.index() << ' ' << trial << ' ' << depth;
         }
         if (on_mesh.empty()) continue;
-        // A face's preference of either.
+        // Allow for the preference for faces, of mesh and of hull.
         if (std::abs(test::lowest_distance(on_mesh) - depth) > 0.1 * std::abs(depth) + 3e-3) ++beyond;
       }
     }
   }
   EXPECT_GT(touching, 300);
-  // A triangle knows only its neighbours: near a corner of the solid it may take another way out.
+  // A triangle knows only its neighbours: near a corner of the solid its normal may differ from the hull's.
   EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
 }
 
@@ -229,7 +229,7 @@ TEST(MeshContacts, BorderTouchesWithItsEdge) {
 }
 
 TEST(MeshContacts, RingOfStripsPushesInwards) {
-  // A ring like a fence round what stands inside: its top edge is open, its inner edges are concave.
+  // Make a ring like a fence around a shape: its top edge is open, its inner edges are concave.
   constexpr int sides = 96;
   constexpr double radius = 1.15;
   constexpr double top = 0.09;
@@ -256,7 +256,7 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
       const Vector3 outwards(std::cos(angle), 0, std::sin(angle));
       Pose pose = {0.5 * outwards,
                    Quaternion(any(random), any(random), any(random), any(random)).normalized()};
-      // It lies at the ring's foot, and against the ring.
+      // Put the shape at the ring's foot, against the ring.
       pose.position.y() += depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) * -1;
       pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
       for (const ContactPoint& point : contacts(shape, pose, ring, {}, margin)) {

@@ -16,7 +16,7 @@ using test::turn;
 using test::upright;
 
 TEST(RoundContacts, EnclosingBallDecides) {
-  // A tapered capsule with one ball within the other is the larger ball, whichever end it is.
+  // A tapered capsule with one ball within the other equals the larger ball, at either end.
   const Polytope brick = box({1, 0.6, 0.8});
   std::mt19937 random(3);
   int found = 0;
@@ -38,7 +38,7 @@ TEST(RoundContacts, EnclosingBallDecides) {
 }
 
 TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
-  // However far it has rolled and however it is turned: the contacts' depth is that of its radius.
+  // The contacts' depth follows from the radius alone, at each angle of rolling and turning.
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
   const TriangleMesh floor = test::flat_mesh(16, 0.7, 0.3);
@@ -60,9 +60,8 @@ TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
 }
 
 TEST(RoundContacts, TiltedDiscTouchesAtItsLowestPoint) {
-  // Euler's disk: the rim's lowest point has the depth r sin(tilt) below the centre, whatever the turn. A
-  // disc that is parallel to 1e-5 keeps the points of its own axes, of which one is at least at cos(22.5°) of
-  // it.
+  // The rim's lowest point is r sin(tilt) below the centre, at each turn of the disc. A disc parallel to 1e-5
+  // keeps the contacts on its own axes, one of which is within 22.5° of the lowest point.
   const Cylinder disc = make_cylinder(0.02, 0.5, 0.5);
   for (const double tilt : {1e-6, 2e-5, 1e-3, 0.01, 0.1, 0.5, 0.7, 0.9, 1.4}) {
     const double most_off = tilt < 1e-5 ? 0.5 * tilt * (1 - std::cos(0.3927)) : 2e-15;  // measured 4e-16
@@ -100,7 +99,7 @@ TEST(RoundContacts, SlightTiltKeepsNumber) {
 }
 
 TEST(RoundContacts, MeetingRimsTouchAtClosestPoints) {
-  // Two discs on edge, one upright and one across it: only their rims meet, at a known place.
+  // Two discs on edge, one across the other, meet with their rims alone, at a known point.
   const Cylinder disc = make_cylinder(0.1, 0.5, 0.5);
   const double half = std::sqrt(0.5 * 0.5 + 0.05 * 0.05);
   // Each with its rim's corner towards the other along x.
@@ -113,8 +112,8 @@ TEST(RoundContacts, MeetingRimsTouchAtClosestPoints) {
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-6);
 }
 
-/// From a point outside a convex solid its closest point lies in the direction in which the two are farthest
-/// apart: no other direction may separate them by more.
+/// Expects the closest point of a convex solid to lie in the direction of largest separation: no other
+/// direction may separate the solid from the point by more.
 void expect_directions_of_largest_separation(const Shape& shape) {
   std::mt19937 random(5);
   int outside = 0;

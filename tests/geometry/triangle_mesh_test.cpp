@@ -14,7 +14,7 @@
 namespace substep {
 namespace {
 
-/// However the file orders them, triangles that lie together share a leaf: a search looks at few.
+/// Neighbouring triangles share a leaf in any order of the file, so that a search visits few.
 TEST(TriangleMesh, LeavesHoldNeighbours) {
   const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
   std::vector<Triangle> triangles = ordered.triangles;
@@ -101,8 +101,8 @@ TEST(WeldedPoints, JoinPointsAtOnePosition) {
   EXPECT_EQ(distinct(std::span(points).first(4)), (std::vector<Vector3>{points[0], points[1]}));
 }
 
-// Heights whose points at x = y = 0 all have the hash's low 20 bits zero: that they are found by turning its
-// last steps round shows that anyone can.
+// Returns points at x = y = 0 whose hashes all have zero as their low 20 bits. Inverting the hash's last
+// steps finds them, as an attacker could.
 std::vector<Vector3> points_of_one_slot(std::size_t count) {
   constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;
   std::uint64_t inverse = 1;

@@ -109,7 +109,7 @@ TEST_F(CheckTest, BlamesBoth) {
   suite_.repaint();
   change_hash(20);
   expect(Verdict::both_changed);
-  // The same poses by the same renderer: none of the difference is the simulation's.
+  // Equal poses by an equal renderer: the simulation causes none of the difference.
   EXPECT_EQ(result_.images.at(0).new_poses->image.judgement, Judgement::exact);
 }
 
@@ -133,7 +133,7 @@ TEST_F(CheckTest, PassesReformattedScene) {
 
 TEST_F(CheckTest, BlamesLoadingOfTheSameFile) {
   suite_.make_goldens();
-  // Note the mass as a loader would that took box_3 for heavier.
+  // Record the digest of a loader that gives box_3 another mass.
   suite_.change_sidecar([](auto& json) {
     std::string mass = json.at("parts").at("mass");
     mass[12] = mass[12] == '0' ? '1' : '0';

@@ -12,7 +12,7 @@
 namespace substep::golden {
 namespace {
 
-/// A suite whose pictures may be of any renderer, drawn by another than the pinned one.
+/// A suite that accepts pictures of any renderer, drawn by another than the pinned one.
 class AnyRenderer : public testing::Test {
  protected:
   AnyRenderer() {
@@ -63,7 +63,7 @@ TEST_F(AnyRenderer, ToleratesByFlip) {
   expect(Verdict::environment, 3);
 }
 
-/// A suite for the pinned renderer, approved as one for any: those goldens cannot be approved here.
+/// A suite for the pinned renderer, whose goldens were approved with renderer = "any".
 class EnvironmentTest : public AnyRenderer {
  protected:
   EnvironmentTest() { replace_in(suite_.options.suite, "renderer = \"any\"\n", ""); }

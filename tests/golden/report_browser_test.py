@@ -27,7 +27,7 @@ algorithms = ["a3", "a4"]
 
 
 def failing_report(substep, source, folder):
-    """Goldens of a scene, then the scene with another light and another bounce; returns the report."""
+    """Makes goldens of a scene, changes its light and restitution, checks, and returns the report."""
     (folder / "golden").mkdir()
     (folder / "scenes").mkdir()
     (folder / "golden/suite.toml").write_text(SUITE)
@@ -59,7 +59,7 @@ class Page:
             self.page.save_screenshot(str(self.screenshots / f"{name}.png"))
 
     def tall_shot(self, name, height):
-        """More of the page than the window shows."""
+        """Takes a picture of more of the page than the window shows."""
         if not self.screenshots:
             return
         shot = self.page.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True,

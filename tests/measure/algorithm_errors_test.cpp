@@ -1,5 +1,5 @@
 // A1, A2 and A3 are of first order on every joint scene, once steps are small enough for their iterations.
-// The ends of the ablation, with the half-approximations between A3 and A4, are the algorithms themselves.
+// The ablation between A3 and A4 equals these algorithms with no and with all approximations.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ struct Case {
   const char* scene;
   double duration;  ///< s
   int iterations;   ///< of A2 and A3
-  int divisions;    ///< of the scene's step into h of A1 and A2 or into h/n of A3, and twice as many
+  int divisions;    ///< of the scene's step: h of A1 and A2, h/n of A3; the finer run has twice as many
 };
 
 void PrintTo(const Case& x, std::ostream* out) {
@@ -64,7 +64,7 @@ Scene tumbling_chain() {
   return scene;
 }
 
-/// A box that falls on its edge and slides: contacts with friction.
+/// Returns a box that falls on its edge and slides: contacts with friction.
 Scene sliding_box() {
   Scene scene = test::floor_scene(0.4);
   test::add_box(scene, {1, 1, 1}, 1, {{0, 0.6, 0}, rotation_quaternion({0.1, 0.2, 0.05})}, 0.4);
@@ -124,7 +124,7 @@ TEST(Ablation, EachApproximationHasACostOfItsOwn) {
     EXPECT_LT(cost(approximation), 0.2 * all) << name(approximation);  // measured 0.019, 0.012, 0.041
   }
   // The frozen Jacobian costs most, and more alone than with its bias update.
-  EXPECT_GT(cost(Approximation::frozen_jacobian), all);  // measured 2.9 times as dear
+  EXPECT_GT(cost(Approximation::frozen_jacobian), all);  // measured 2.9 times the cost
 }
 
 }  // namespace

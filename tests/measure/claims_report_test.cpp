@@ -46,8 +46,8 @@ class ClaimOfTheReport : public testing::TestWithParam<int> {};
 TEST_P(ClaimOfTheReport, HoldsOrIsAFinding) {
   const int number = GetParam();
   const std::string verdict = verdict_of(number);
-  // Findings: at equal time what stands is often better off with iterations (3); a block's smaller gap is not
-  // always a smaller error (13); A5's Jacobian in the bias lets joints go (14). What 7 says is decided by
+  // Findings: at equal time iterations often hold stacks better (3); a block's smaller gap is not always a
+  // smaller error (13); A5's Jacobian in the bias lets joints open (14). What 7 says is decided by
   // timings.
   if (number == 7) return;
   if (number == 3 || number == 13 || number == 14) {

@@ -1,5 +1,4 @@
-// References kept between calls of the program: read where nothing has changed, and computed where anything
-// has.
+// Tests the cache of references: a reference is read where nothing has changed, and computed otherwise.
 
 #include "sim/measure/reference_cache.h"
 
@@ -30,7 +29,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
   return files;
 }
 
-TEST(ReferenceCache, ReturnsWhatWasKeptToTheLastBit) {
+TEST(ReferenceCache, RoundTripKeepsBits) {
   const test::TemporaryFolder folder;
   const std::vector<double> numbers{
       0.1, -0.0, 1.0 / 3, 5e-324, 1e300, std::numeric_limits<double>::infinity(), 16777217};
@@ -67,7 +66,7 @@ TEST(ReferenceCache, RejectsChangedTruncatedAndForeignFiles) {
   EXPECT_TRUE(cache.find("one") && cache.find("other"));
 }
 
-TEST(ReferenceCache, RemovesWhatWasNotUsedLongest) {
+TEST(ReferenceCache, RemovesLeastRecentlyUsed) {
   const test::TemporaryFolder folder;
   const std::vector<double> numbers(1000, 0.1);  // of nine bytes
   const ReferenceCache cache(folder.path(), 30'000);
@@ -85,7 +84,7 @@ TEST(ReferenceCache, RemovesWhatWasNotUsedLongest) {
   EXPECT_TRUE(cache.find("d"));
 }
 
-TEST(ReferenceCache, KeepsNothingWhereNothingCanBeWritten) {
+TEST(ReferenceCache, IgnoresUnwritableFolder) {
   const ReferenceCache cache("/dev/null/substep");
   cache.keep("one", 1);
   EXPECT_FALSE(cache.find("one"));
@@ -110,7 +109,7 @@ TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
   for (const auto& file : files_in(folder.path())) EXPECT_EQ(file.extension(), ".reference");
 }
 
-/// A scene whose gravity was changed after it was loaded: its hash does not show that it is another.
+/// Changes gravity after loading, which the scene's hash does not show.
 TEST(CachedReference, IsReadForOneHashAndComputedForAnother) {
   const test::TemporaryFolder folder;
   const ReferenceCache cache(folder.path());

@@ -49,7 +49,7 @@ class Export : public Program {
   }
 };
 
-/// A square with all that a material may say, under a spot light.
+/// Returns a square with all properties of a material, under a spot light.
 std::string textured_square() {
   Json root = Json::parse(R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
     "extensionsUsed": ["KHR_implicit_shapes", "KHR_physics_rigid_bodies", "KHR_lights_punctual", "KHR_texture_transform", "KHR_materials_emissive_strength"],
@@ -191,7 +191,7 @@ TEST_F(Player, KeepsSixPanelsOfFiveSecondsSmall) {
 
 class Site : public Program {
  protected:
-  /// A scene of the repository under another name.
+  /// Copies a scene of the repository under another name.
   void copy(const std::string& from, const std::string& to) const {
     std::filesystem::copy_file(scene(from), folder() / to);
   }

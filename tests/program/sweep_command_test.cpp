@@ -21,7 +21,7 @@ class SweepCommand : public Program {
     return "[[grid]]\nscenes = ['" + scene + "']\n" + line + "\n";
   }
 
-  /// A sweep of four jobs: A1 has no n, so that its two make one.
+  /// Writes a sweep of four jobs: the two of A1, which has no n, are one.
   void SetUp() override {
     write("small.toml", "horizon = 0.1\n" +
                             grid("pendulum.gltf", "algorithms = ['a1', 'a5']\nsubsteps = [1, 4]") +

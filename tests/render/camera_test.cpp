@@ -22,7 +22,7 @@ glm::dvec3 project(const View& view, const Vector3& point) {
   return glm::dvec3(clip) / clip.w;
 }
 
-/// Views of three shapes, of which a test may change scene and frames.
+/// Views of three shapes, whose scene and frames a test may change.
 class AutomaticView : public testing::Test {
  protected:
   View view(double its_aspect = aspect) const {
@@ -36,7 +36,7 @@ class AutomaticView : public testing::Test {
   /// Adds a frame like the first.
   std::vector<Coordinates>& add_frame() { return frames_.emplace_back(start_of(scene_)); }
 
-  /// Returns how far from the picture's middle any corner gets of parts that are within 100 m.
+  /// Returns the largest distance from the picture's middle of the corners of parts within 100 m.
   double farthest_from_middle(const View& seen) const {
     const BodyMesh mesh = gather_body_mesh(scene_);
     double farthest = 0;

@@ -57,7 +57,7 @@ TEST_F(Png, RoundTripKeepsPixels) {
 }
 
 TEST_F(Png, SmallFileKeepsPixelsOfEveryFilter) {
-  // Rows that a filter each suits best: noise, steps to the right, a slope, flat, noise repeated from above.
+  // Make rows that suit one filter each: noise, steps to the right, a slope, flat, noise repeated from above.
   Image image(96, 40);
   const std::vector<std::uint8_t> random = noise(image.rgb.size(), 1);
   for (std::size_t i = 0; i < random.size(); ++i) {
@@ -124,7 +124,7 @@ std::size_t bytes_of_images(const Scene& scene) {
   return bytes;
 }
 
-TEST(SmallerImages, AreAtMostSoLong) {
+TEST(SmallerImages, KeepToLongestSide) {
   Scene scene;
   add_image(scene, noisy_file(2048, 512, 1));
   const Scene smaller = with_smaller_images(scene, scene.surfaces, {512, 10000000});
@@ -132,7 +132,7 @@ TEST(SmallerImages, AreAtMostSoLong) {
   EXPECT_EQ(image_of(smaller, 0).height, 128);
 }
 
-TEST(SmallerImages, HaveAtMostSoManyBytesTogether) {
+TEST(SmallerImages, KeepToBytesInAll) {
   Scene scene;
   for (std::uint32_t seed = 0; seed < 6; ++seed) add_image(scene, noisy_file(512, 512, seed));
   const ImageLimits limits;
@@ -162,7 +162,7 @@ TEST(SmallerImages, KeepTheLightOfColorsAndTheNumbersOfOthers) {
 TEST(SmallerImages, KeepSmallFilesExceptTurnedOnes) {
   Scene scene;
   add_image(scene, noisy_file(64, 64, 1));
-  add_image(scene, noisy_file(64, 64, 2) + "Exif");  // a browser may turn it by what comes then
+  add_image(scene, noisy_file(64, 64, 2) + "Exif");  // a browser may rotate it by this data
   const Scene smaller = with_smaller_images(scene, scene.surfaces, {});
   EXPECT_EQ(smaller.images[0].bytes, scene.images[0].bytes);
   EXPECT_EQ(smaller.images[1].bytes->find("Exif"), std::string::npos);

@@ -11,7 +11,7 @@ namespace {
 
 using Pixels = std::vector<std::uint8_t>;
 
-/// Four bytes a pixel of one grey.
+/// Returns pixels of one grey, four bytes each.
 Pixels grey(std::size_t pixels, int code, int alpha = 0) {
   Pixels result(4 * pixels, static_cast<std::uint8_t>(code));
   for (std::size_t i = 3; i < result.size(); i += 4) result[i] = static_cast<std::uint8_t>(alpha);
@@ -43,7 +43,8 @@ TEST(Resolve, EqualSamplesKeepTheirCode) {
   }
 }
 
-/// A pixel of `below` under samples of which the first `drawn` are of the code `over`, of either colour.
+/// Returns the code of a pixel of `below` whose first `drawn` samples have the code `over`, as first or
+/// second colour.
 int covered(int below, int drawn, int over, bool is_second = false) {
   const int samples = (1 << drawn) - 1;
   const Pixels ground = grey(1, below);
@@ -78,7 +79,7 @@ TEST(Resolve, UprightEdgeHasFourStepsAPixel) {
 }
 
 TEST(Resolve, SmoothsEdgesBetweenPixels) {
-  // Two pixels, each wholly a body's: the nearest column of the neighbour's counts an eighth.
+  // Two pixels that bodies cover: the neighbour's nearest column of samples counts an eighth.
   Pixels first = grey(2, 255, all_samples);
   std::fill_n(first.begin(), 3, std::uint8_t{0});
   const Image image = resolved(RenderedPixels{2, 1, 2, first, first, first});
@@ -112,7 +113,7 @@ TEST(Resolve, IgnoresGroundBelowBodies) {
 }
 
 TEST(Resolve, LaysBlendedSurfacesOverBodiesAndGround) {
-  // Half of white over black, where the layer has a body's sample: as light, so 188.
+  // Half of white over black where the layer has a body's sample, averaged in linear light: code 188.
   const Pixels black = grey(2, 0);
   Pixels layer = grey(2, 255);
   layer[3] = all_samples;

@@ -22,7 +22,7 @@ Image cut_out(const Image& image, int x, int y, int width, int height) {
 }
 
 TEST(Text, HasTheSamePixelsEverywhere) {
-  // What the vendored fonts give; any change of font, rasteriser or layout changes every labelled picture.
+  // Expect the pixels of the vendored fonts: a change of font, rasteriser or layout changes every label.
   EXPECT_EQ(hash(written("A3 Ω = 1.25 rad/s")), 3386423381851505922u);
   TextStyle bold;
   bold.bold = true;
@@ -54,7 +54,7 @@ TEST(Text, DrawsBrokenUtf8AsReplacements) {
   EXPECT_GT(text_width(std::string_view("a\0b", 3), {}), text_width("ab", {}));
 }
 
-/// A picture drawn with (x, y) in a small image is the cut-out of that drawn in a large one.
+/// Expects drawing in a small image to give the cut-out of drawing in a large one.
 template <typename Draw>
 void expect_clipped(const Draw& draw) {
   constexpr int margin = 60;

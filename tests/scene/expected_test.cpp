@@ -67,7 +67,7 @@ TEST(Expected, SceneOverridesDocument) {
   EXPECT_TRUE(load(document).expected.empty());
 }
 
-// Each row: members merged into an expectation, words of the message, and the place below the expectation.
+// Each row: members merged into an expectation | words of the message | path of the fault in the expectation.
 TEST(Expected, IsRefusedWithPlaceAndRemedy) {
   const json good =
       json::parse(R"({"quantity": "way", "body": "rock", "direction": [1, 0, 0], "at": 2, "value": 1,

@@ -117,7 +117,7 @@ TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
   const double half = std::sqrt(0.5);
   EXPECT_NEAR(std::fabs((first.pose * first.body_from_node).orientation.x()), half, 1e-12);
   EXPECT_EQ(scene.bodies[6].name, "cube copy 6");
-  // None lies in another: their centres are at least a diagonal of the base apart, or a layer.
+  // Copies do not overlap: their centres are at least a diagonal of the base, or a layer, from each other.
   for (std::size_t i = 1; i < 7; ++i) {
     for (std::size_t k = 1; k < i; ++k) {
       const Vector3 offset = scene.bodies[i].pose.position - scene.bodies[k].pose.position;
@@ -223,7 +223,7 @@ TEST(MeshScene, SkinnedMeshFollowsItsJoints) {
   const Scene scene = load_text("skinned.gltf", document.dump());
   ASSERT_EQ(scene.bodies.size(), 3u);
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 3000, 1e-9);
-  // The other lies at 0 0 0, and its mesh does not follow any joint. All are lifted alike.
+  // The other node lies at 0 0 0, and its mesh follows no joint. All bodies are lifted equally.
   const Vector3 apart = scene.bodies[1].pose.position - scene.bodies[2].pose.position;
   EXPECT_NEAR((apart - Vector3(7, 8, 9)).norm(), 0, 1e-12);  // measured 0
 }

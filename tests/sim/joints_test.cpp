@@ -1,5 +1,5 @@
-// Each kind of constraint against a closed form, in all five algorithms. Limits stand beside what was
-// measured.
+// Compares each kind of constraint with a closed form, in all five algorithms. Limits have measured values
+// beside them.
 // One file, since all kinds are measured by one loop over algorithms.
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ void in_each_algorithm(double step, Check&& check) {
   }
 }
 
-/// A ball of 2 kg that hangs on a joint in the world: the joint's node stands at the origin.
+/// Returns a ball of 2 kg on a joint with the world, at the origin.
 Scene jointed_body(const std::vector<JointLimit>& limits, const Vector3& anchor = Vector3::Zero()) {
   Scene scene = test::empty_scene();
   Body body;
@@ -83,7 +83,7 @@ TEST(Joints, SliderFallsAlongItsAxis) {
 TEST(Joints, FixedJointHoldsLever) {
   const Scene scene = jointed_body({locked_point, locked_rotation}, {-0.5, 0, 0});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
-    // Row by row the lever's torque is passed on sweep by sweep: it sags; all at once it does not.
+    // Sweeps pass the lever's torque on slowly, so that it sags; a direct solve does not.
     EXPECT_LT((position_after(scene, settings, 2) - Vector3(0.5, 0, 0)).norm(),
               settings.algorithm == Algorithm::a1 ? 1e-9 : 0.01);
   });
@@ -111,8 +111,7 @@ TEST(Joints, RopeIsSlackThenTaut) {
   });
 }
 
-// A body that moves freely at 2 m/s or 2 rad/s towards a bound at 0.5 m or 0.5 rad: there after 0.25 s, and
-// there to stay.
+// A free body at 2 m/s or 2 rad/s reaches its bound at 0.5 m or 0.5 rad after 0.25 s, and stays there.
 TEST(Joints, LimitsStopAtTheirBounds) {
   struct Case {
     const char* what;
@@ -336,7 +335,7 @@ TEST(Contacts, StaticFrictionHoldsRestingBlock) {
   }
 }
 
-TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
+TEST(Contacts, CombineModesFollowOrderOfExtension) {
   // The acceleration of a sliding box tells μ. One says multiply, the other minimum: minimum comes first.
   Scene scene = test::floor_scene(0.4);
   test::add_box(scene, {0.2, 0.2, 0.2}, 1, test::at(0, 0.1, 0), 0.2);
@@ -356,7 +355,7 @@ TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
 }
 
 TEST(Joints, RadiusOnTheAxisIsZero) {
-  // The frames are turned, so that what is left across the axis is rounding.
+  // Turn the frames, so that the radius is rounding alone.
   Scene scene = jointed_body({test::range(false, {false, true, true}, 0, 0.5)});
   scene.joints[0].frame_a = {{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
   const Model model = build_model(scene);
@@ -367,8 +366,8 @@ TEST(Joints, RadiusOnTheAxisIsZero) {
   EXPECT_LT(std::abs(value_of(limit.coordinate, limit.at, state.q)), 1e-14);  // measured 4.4e-16
 }
 
-/// A ball of radius 0.1 m, 1 m from a ball joint at the origin, that swings from the right to the left:
-/// through a post, which is the world's collider 0, to a wall, which is its collider 1. Faces at x = 0.05 m
+/// Returns a ball of radius 0.1 m, 1 m from a ball joint at the origin, that swings from right to left
+/// through a post, collider 0, to a wall, collider 1. Faces at x = 0.05 m
 /// and −0.3 m.
 Scene swing_to_a_wall() {
   Scene scene = jointed_body({locked_point}, {-1, 0, 0});
@@ -382,13 +381,14 @@ Scene swing_to_a_wall() {
   return scene;
 }
 
-/// The least x of the ball's centre within a second, m.
+/// Returns the least x of the ball's centre within a second, m.
 double leftmost(const Scene& scene, Algorithm algorithm) {
   return 1 - test::largest(scene, settings_of(algorithm, 1.0 / 240), 1,
                            [](const State& state, double) { return 1 - state.q[1].linear.x(); });
 }
 
-constexpr double short_of = 0.02;  // m: it may stop where a step that meets begins, 4.2 m/s · 1/240 s before
+constexpr double short_of =
+    0.02;  // m: it may stop at the start of the step of the hit, 4.2 m/s · 1/240 s before
 
 TEST(Joints, JointToAPostSilencesThePostAlone) {
   for (const Algorithm algorithm : test::all_algorithms) {

@@ -53,7 +53,7 @@ struct Scale {
     }
   }
 
-  /// Scales forces (N) and what is per metre (N/m), or torques and what is per radian.
+  /// Scales forces (N) and stiffness (N/m), or their angular counterparts.
   double of_force(bool angular) const { return angular ? mass * length * length : mass * length; }
   double of_stiffness(bool angular) const { return angular ? mass * length * length : mass; }
 
@@ -92,7 +92,7 @@ struct Scale {
   }
 };
 
-/// Returns the first step of `steps` at whose end the scaled scene is elsewhere than the scene, or −1.
+/// Returns the first of `steps` steps after which the scaled scene's state differs from the scene's, or −1.
 int first_difference(const Scene& scene, const Scale& scale, Algorithm algorithm, int steps) {
   const Settings settings = usual_settings(scene, algorithm);
   Simulation one(scene, settings);

@@ -1,4 +1,4 @@
-// Balls that hit balls, edges, walls and planes, in scenes drawn from a seed: against the law of impact.
+// Compares hits of balls on balls, edges, walls and planes, in random scenes, with the law of impact.
 
 #include "tests/sim/moving_solids.h"
 
@@ -50,7 +50,7 @@ Trial draw_two_balls(Random& random) {
                                velocities[1] - impulse / masses[1] * normal}));
 }
 
-/// A ball meets an edge or a corner of a box that stands still, or with restitution a free one.
+/// Draws a ball that hits an edge or a corner of a fixed box, or with restitution of a free one.
 Trial draw_edge_hit(Random& random) {
   const Vector3 half(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.1, 0.5));
   const bool is_corner = random.flip();
@@ -77,7 +77,7 @@ Trial draw_edge_hit(Random& random) {
   const Vector3 lever = turn.conjugate() * arm.cross(normal);
   const double inverse_mass_of_box =
       is_free ? 1 / box_mass + lever.cwiseAbs2().dot(of_box.moments.cwiseInverse()) : 0;
-  // So light that it rebounds: otherwise what is hit off its middle would turn and meet it again.
+  // Make the ball so light that it rebounds: a box hit off its middle could turn and hit it again.
   const double ball_mass =
       is_free ? random.between(0.2, 0.9) * e / inverse_mass_of_box : random.spread(0.3, 3);
   Scene scene = weightless_scene();
@@ -101,11 +101,11 @@ Trial draw_edge_hit(Random& random) {
       scene, is_free ? std::ceil(meeting * 60) / 60 : meeting + 0.2, error_of_changes(scene, expected));
 }
 
-TEST(GrazingHit, TwoBallsExchangeTheirMomentum) {
+TEST(GrazingHit, TwoBallsExchangeMomentum) {
   run({"two balls at any offset: momentum", 0.02, &draw_two_balls});
 }
 
-TEST(GrazingHit, BallOnEdgeOrCornerExchangesItsMomentum) {
+TEST(GrazingHit, BallOnEdgeExchangesMomentum) {
   run({"ball on an edge or corner: momentum", 0.02, &draw_edge_hit});
 }
 
@@ -130,8 +130,8 @@ struct Balls {
 
 enum class Row { before_a_wall, in_line, equal, crooked };
 
-/// A ball flies into a row of others with gaps of 3 mm to 3 cm, the last of them to the wall. Equal: of equal
-/// masses, without loss. Crooked: off the line by up to half a radius.
+/// Draws a ball that flies into a row of others with gaps of 3 mm to 3 cm, the last one to the wall. Balls of
+/// an equal row have equal masses and no loss; those of a crooked one are up to half a radius off the line.
 template <Row row>
 Balls draw_row(Random& random) {
   Balls balls;
@@ -160,8 +160,8 @@ Balls draw_row(Random& random) {
   return balls;
 }
 
-/// Fifteen touching balls and a sixteenth that flies at them along the line of symmetry, or aside from it by
-/// up to a radius.
+/// Draws fifteen touching balls and a sixteenth that flies at them along the line of symmetry, or aside from
+/// it by up to a radius.
 template <bool aside>
 Balls draw_break(Random& random) {
   Balls balls;
@@ -288,7 +288,7 @@ TEST(StruckBodies, RowKeepsItsOrder) {
   run_balls("struck row: passed through", 0, draw_row<Row::in_line>, passed_through);
 }
 
-// Balls of equal masses without loss swap their velocities, so that all stop but the last.
+// Balls of equal masses swap their velocities in lossless impacts, so that all but the last stop.
 TEST(StruckBodies, EqualRowSwapsItsSpeeds) {
   run({"struck row of equal masses: speeds", 0.02, [](Random& random) {
          const Balls balls = draw_row<Row::equal>(random);
@@ -331,8 +331,8 @@ TEST(Break, HardlyPenetrates) {
 
 // Bounces with spin
 
-/// A ball that spins bounces off a plane, a slab or a mesh. Friction takes all slip (2/7 of it per mass) or μ
-/// times the normal impulse. Errors are relative to the exact tangential change.
+/// Draws a spinning ball that bounces off a plane, a slab or a mesh. Friction's impulse is 2/7 of slip times
+/// mass (sticking), or μ times the normal one. Errors are relative to the exact tangential change.
 template <bool sticks>
 Trial draw_spinning_bounce(Random& random) {
   const double mass = random.spread(0.3, 3);
