@@ -1,3 +1,5 @@
+// One file of over 400 lines, since hulls, boxes, prisms and scaled copies share how a polytope is assembled.
+
 #include "sim/geometry/convex_hull.h"
 
 #include <fmt/format.h>
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -146,21 +149,25 @@ class FaceMerger {
   /// Returns the faces, or nothing when an outline is no polygon.
   Polygons faces() {
     group();
-    // What remains of a group's sides is its outline.
-    std::vector<OuterSide> outer;
-    for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
-      if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
-      for (const FaceSide& side : {sides_[i], sides_[i + 1]}) {
-        outer.push_back({group_[side.face], side.from, side.to});
+    // Put the sides between two groups into the bins of their groups: a group's outline.
+    std::vector<std::uint32_t> begin(triangles_.size() + 1, 0);
+    const auto for_each_outer_side = [&](const auto& use) {
+      for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
+        if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
+        use(sides_[i]);
+        use(sides_[i + 1]);
       }
-    }
-    std::ranges::sort(outer);
+    };
+    for_each_outer_side([&](const FaceSide& side) { ++begin[group_[side.face] + 1]; });
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<OuterSide> outer(begin.back());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for_each_outer_side([&](const FaceSide& side) {
+      outer[next[group_[side.face]]++] = {side.from, side.to};
+    });
     Polygons result;
     for (const std::uint32_t seed : seeds_) {
-      const auto [begin, end] =
-          std::equal_range(outer.begin(), outer.end(), OuterSide{seed, 0, 0},
-                           [](const OuterSide& a, const OuterSide& b) { return a.group < b.group; });
-      result.push_back(polygon_of({begin, end}));
+      result.push_back(polygon_of({outer.data() + begin[seed], outer.data() + begin[seed + 1]}));
       if (result.back().empty()) return {};
     }
     return result;
@@ -170,7 +177,7 @@ class FaceMerger {
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
   struct OuterSide {
-    std::uint32_t group, from, to;
+    std::uint32_t from, to;
     auto operator<=>(const OuterSide&) const = default;
   };
 
@@ -217,7 +224,8 @@ class FaceMerger {
   }
 
   /// Returns the outline from corner to corner, from the least on; nothing when it is no polygon.
-  static std::vector<std::uint32_t> polygon_of(std::span<const OuterSide> outline) {
+  static std::vector<std::uint32_t> polygon_of(std::span<OuterSide> outline) {
+    std::ranges::sort(outline);
     std::vector<std::uint32_t> polygon;
     if (outline.empty()) return polygon;
     std::uint32_t corner = outline[0].from;

@@ -238,7 +238,7 @@ void sort_sides(std::vector<FaceSide>& sides, std::size_t vertices) {
   auto begin = ordered.begin();
   for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
     const auto end = ordered.begin() + bin[vertex];
-    std::ranges::sort(begin, end, {}, &FaceSide::order);
+    std::sort(begin, end, [](const FaceSide& a, const FaceSide& b) { return a.order() < b.order(); });
     begin = end;
   }
   sides = std::move(ordered);
