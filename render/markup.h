@@ -12,8 +12,8 @@ namespace substep::render {
 /// become spaces.
 std::string escaped(std::string_view text);
 
-/// Returns `page` with each content in place of its name between {{ and }}. Throws std::logic_error where the
-/// page names another.
+/// Returns `page` with each content in place of its name between {{ and }}. Throws std::logic_error where
+/// `contents` lacks a name.
 std::string filled(std::string_view page, const std::vector<std::pair<std::string, std::string>>& contents);
 
 }  // namespace substep::render

@@ -32,7 +32,7 @@ TileSize size_of_tile(const RenderSettings& settings) {
   return {std::min(settings.width, side), std::min(settings.height, side)};
 }
 
-/// Returns whether the surface emits or transmits light, or is darker in its crevices.
+/// Returns whether the surface emits or transmits light, or has an occlusion texture.
 bool shines_or_shades(const Surface& surface) {
   return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
          surface.textures[Surface::occlusion_texture].image >= 0;
@@ -97,7 +97,7 @@ void Renderer::Implementation::choose_view(const Scene& scene,
     farthest = std::max(farthest, std::min(distance + radius, 1e4));
   }
   focus = std::max(std::min(nearest, farthest), 0.1);
-  // A lost body must not stretch the shadow map until it shows nothing of the others.
+  // Limit the distance of bodies in the shadow map, which a lost body would stretch.
   sight = 3 * farthest;
 }
 
@@ -107,8 +107,8 @@ void Renderer::Implementation::look_at(const View& seen) {
   clip_from_world = set_view(frame, tile_view, picture.width, picture.height, settings.antialiasing, focus);
 }
 
-/// Returns the picture that `draw_tile` draws tile by tile. Tiles lap over each other, for a pixel is a mean
-/// of samples of its neighbours too.
+/// Returns the picture that `draw_tile` draws tile by tile. Tiles overlap, since pixels
+/// average samples of their neighbours too.
 Image Renderer::Implementation::in_tiles(const std::function<Image()>& draw_tile) {
   if (picture.width == settings.width && picture.height == settings.height) {
     look_at(view);
@@ -218,12 +218,12 @@ Image Renderer::Implementation::draw_colors(Poses poses) {
   return in_tiles([&] {
     picture.start_anew();
     draw_solid(Kind::color, clip_from_world, poses, GL_BACK, true);
-    // The ground is the world's.
-    glm::dmat4 place(1);
-    place[0][0] = place[2][2] = frame.ground_reach.w;
-    place[3] = {view.eye.x, ground, view.eye.z, 1};
+    // Draw the ground in the colour of the world, body 0.
+    glm::dmat4 placement(1);
+    placement[0][0] = placement[2][2] = frame.ground_reach.w;
+    placement[3] = {view.eye.x, ground, view.eye.z, 1};
     const GLuint program = device->use({.kind = Kind::color});
-    set_poses(program, clip_from_world * place, std::array{Coordinates{}}, 0);
+    set_poses(program, clip_from_world * placement, std::array{Coordinates{}}, 0);
     draw_ground();
     picture.read();
     return top_down(picture.pixels, picture.width, picture.height);

@@ -1,8 +1,8 @@
 #pragma once
 /// The sources of all shaders.
 ///
-/// For the same pixels on every machine they use no derivatives, no pow or exp, and encode sRGB themselves:
-/// an sRGB framebuffer is encoded with an approximate root that differs between processors.
+/// For the same pixels on every machine shaders use no derivatives, pow or exp, and encode sRGB themselves:
+/// an sRGB framebuffer encodes with an approximate root that differs between processors.
 
 #include <array>
 #include <compare>
@@ -23,8 +23,8 @@ extern const char* const frame_glsl;
 extern const char* const places_glsl;
 /// The fractions of the key light that reach a surface, and of the sky's that reach the ground.
 extern const char* const key_light_glsl;
-/// Packs what is seen at a sample into four words of two 15-bit fractions and signs each: a software
-/// rasteriser takes as long to write and read a component of a texture as to compute several.
+/// Packs the surface at a sample into four words of two 15-bit fractions and signs each: a software
+/// rasteriser writes and reads a component of a texture as slowly as it computes several.
 extern const char* const packing_glsl;
 /// The light of a pixel's samples.
 extern const char* const shading_glsl;
@@ -32,11 +32,11 @@ extern const char* const shading_glsl;
 /// The number of bodies whose poses the blocks ClipPlaces and WorldPlaces hold.
 inline constexpr std::size_t bodies_at_once = 1024;
 
-/// The light that bodies take from the ground: none, a part of the sky's, or the sun's too.
+/// Light that bodies may block from the ground: none, the sky's, or the sun's too.
 enum class Shade : char { none, sky, shadow };
 inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::shadow};
 
-/// A program: what it draws, and of what kind of scene.
+/// A shader program by what it draws and the kind of scene.
 struct Program {
   enum class Kind : char {
     body,     ///< bodies' surfaces as integers, with the depth

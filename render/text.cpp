@@ -56,8 +56,8 @@ class Font {
   int kerning(int left, int right) const { return stbtt_GetGlyphKernAdvance(&info_, left, right); }
 
   const Glyph& glyph(int index, double size, int subpixel) {
-    const auto [place, is_new] = glyphs_.try_emplace({index, size, subpixel});
-    Glyph& glyph = place->second;
+    const auto [entry, is_new] = glyphs_.try_emplace({index, size, subpixel});
+    Glyph& glyph = entry->second;
     if (is_new) {
       const float s = scale(size);
       const float shift = static_cast<float>(subpixel) / subpixels;
@@ -89,7 +89,7 @@ Font& font(bool bold) {
   return bold ? bold_font : regular_font;
 }
 
-/// Returns the next code point of UTF-8 text; U+FFFD for each byte that belongs to none.
+/// Removes the next code point of UTF-8 text and returns it; U+FFFD for each byte outside a code point.
 int take_codepoint(std::string_view& text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -166,7 +166,7 @@ void draw_text(Image& image, double x, double y, std::string_view text, const Te
   if (!(std::abs(x) < reach && std::abs(y) < reach)) return;
   const int baseline = static_cast<int>(std::floor(y + 0.5));
   lay_out(text, style, [&](int index, double pen) {
-    // Glyphs stand on quarters of a pixel across and on whole pixels down, where their stems are sharp.
+    // Put glyphs on quarters of a pixel horizontally and whole pixels vertically, which keeps stems sharp.
     const auto quarters = static_cast<std::int64_t>(std::floor((x + pen) * subpixels + 0.5));
     const auto column = quarters >> 2;
     const Glyph& glyph = font(style.bold).glyph(index, style.size, static_cast<int>(quarters & 3));

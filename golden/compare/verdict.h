@@ -1,5 +1,5 @@
 #pragma once
-/// Verdicts of cases, and the outcome of all of them.
+/// Verdicts of cases, and the exit code of a check.
 
 #include <fmt/format.h>
 
@@ -11,18 +11,18 @@
 
 namespace substep::golden {
 
-/// The gravest first.
+/// The verdict of a case, the gravest first.
 enum class Verdict {
-  error,               ///< it could not be checked: a damaged file, a crash, too long
-  golden_edited,       ///< a golden is not the one that was approved: its own hash does not hold
-  both_changed,        ///< simulation and renderer
-  simulation_changed,  ///< the same bodies move otherwise
-  loading_changed,     ///< the same file, but other bodies are loaded of it
-  scene_changed,       ///< the scene's file holds another scene than the goldens were made of
-  renderer_changed,    ///< the same poses are drawn otherwise
-  missing,             ///< some of the case's goldens are not there
-  created,             ///< none is: the case is new
-  environment,         ///< pictures beyond the tolerance, on another renderer than theirs
+  error,               ///< not checked: a damaged file, a crash, a time limit
+  golden_edited,       ///< a golden's hash differs from the approved one
+  both_changed,        ///< simulation and renderer changed
+  simulation_changed,  ///< equal bodies move differently
+  loading_changed,     ///< an equal file loads as other bodies
+  scene_changed,       ///< the scene's file is not that of the goldens
+  renderer_changed,    ///< equal poses are drawn differently
+  missing,             ///< some of the case's goldens are missing
+  created,             ///< all goldens are missing: the case is new
+  environment,         ///< pictures beyond the tolerance, on a renderer other than the goldens'
   pass,
 };
 
@@ -49,15 +49,14 @@ inline Verdict verdict_named(std::string_view name) {
   return found == verdict_names.end() ? Verdict::error : static_cast<Verdict>(found - verdict_names.begin());
 }
 
-/// Returns 0: all pass. 1: something differs, is new, missing, an orphan or an error. 3: nothing but the
-/// environment.
+/// Returns 0 if all pass; 3 if the worst verdict is environment; else, or with orphans, 1.
 inline int exit_code(std::span<const Verdict> cases, std::size_t orphans) {
   const Verdict gravest = cases.empty() ? Verdict::pass : std::ranges::min(cases);
   if (orphans > 0 || gravest < Verdict::environment) return 1;
   return gravest == Verdict::environment ? 3 : 0;
 }
 
-/// Returns one line, without what there is none of: "3 simulation changed, 1 orphan, 30 pass".
+/// Returns the number of each verdict that occurs: "3 simulation changed, 1 orphan, 30 pass".
 inline std::string totals(std::span<const Verdict> cases, std::size_t orphans) {
   std::string text;
   for (const std::string_view name : verdict_names) {

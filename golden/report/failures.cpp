@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Returns a path as a word that is no option, whatever its name.
+/// Returns a path as a shell word, with ./ before a name that would be an option.
 std::string path_word(const fs::path& path) {
   const std::string text = path.string();
   return shell_word(text.starts_with('-') ? fmt::format("./{}", text) : text);
@@ -56,8 +56,8 @@ std::string first_frames(const std::vector<const Json*>& failing) {
   return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
 }
 
-/// Returns a key that separates the groups of one verdict. A change of the program is one group, however many
-/// cases fail; cases whose inputs differ alike are one group.
+/// Returns a key that separates the groups of one verdict. All cases that a change of the program
+/// fails are one group, and so are cases with the same change of input.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   const auto cause = entry.at("cause").get<std::string>();

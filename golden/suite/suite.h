@@ -58,7 +58,7 @@ namespace substep::golden {
 struct SuiteCase {
   std::string name;                            ///< "box_stack.a4"
   std::filesystem::path scene;                 ///< file
-  Settings settings;                           ///< as of a scene that asks for nothing: see settings_for()
+  Settings settings;                           ///< before the scene's own: see settings_for()
   std::vector<std::string_view> own_settings;  ///< the fields that the suite sets
   std::string author;                          ///< name of a run made elsewhere; empty: an algorithm's
   std::filesystem::path poses;                 ///< pose table of the run; empty: `command` writes it
@@ -70,13 +70,13 @@ struct SuiteCase {
   int height = 180;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
-  bool any_renderer = false;  ///< pictures are exact on the renderer that approved them, whatever that is
-  double time_limit = 120;    ///< s, for checking it: one that takes longer is an error
+  bool any_renderer = false;  ///< whether pictures of any renderer can be approved, and are exact on it
+  double time_limit = 120;    ///< s; a check that takes longer is an error
 
   std::filesystem::path suite_folder;  ///< where the goldens are
   std::filesystem::path pose_file;     ///< the golden pose log
-  std::filesystem::path track_file;    ///< what else is kept of the golden run
-  std::filesystem::path sidecar;       ///< what its goldens were made with
+  std::filesystem::path track_file;    ///< see track.h
+  std::filesystem::path sidecar;       ///< provenance of the goldens
   std::filesystem::path image_file(int frame) const;
 
   /// Returns `settings` with the scene's step and sub-steps, where the suite does not set them.

@@ -129,7 +129,7 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
       ->capture_default_str();
 }
 
-/// Adds the command figure to the command report.
+/// Adds the command `report figure`.
 void add_figure_command(CLI::App& report) {
   CLI::App* const command =
       report.add_subcommand("figure", "Draw a figure of a sweep's results, or of a property");

@@ -1,17 +1,17 @@
-// Vectors, views and where they show a point.
+// Vectors, views, and projections of points.
 
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const plus = (a, b, f = 1) => [a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const crossed = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => { const l = Math.hypot(...a) || 1; return [a[0] / l, a[1] / l, a[2] / l]; };
-/** Two axes across a unit direction. */
+/** Returns two axes perpendicular to a unit direction. */
 const across = (forward) => {
   const right = unit(crossed(forward, Math.abs(forward[1]) > 0.99 ? [0, 0, 1] : [0, 1, 0]));
   return {right, up: crossed(right, forward)};
 };
 
-/** Column by column: rows are right, up and forward, scaled and moved; w is the depth where `perspective`. */
+/** Returns the clip matrix by columns: rows are right, up and forward, scaled and shifted; w is the depth if `perspective`. */
 function clipFrom({eye, right, up, forward, x, y, near, far, perspective}) {
   const rows = [right.map((v) => v / x), up.map((v) => v / y)];
   const depth = perspective ? (far + near) / (far - near) : 2 / (far - near);
@@ -23,7 +23,7 @@ function clipFrom({eye, right, up, forward, x, y, near, far, perspective}) {
   return new Float32Array([0, 1, 2].flatMap((c) => rows.map((row) => row[c])).concat(ends));
 }
 
-/** Turns about a point; all panels have the same. */
+/** A camera that orbits a point, shared by all panels. */
 class Camera {
   constructor({eye, target, tangent, side}) {
     this.first = {eye, target};
@@ -34,20 +34,20 @@ class Camera {
   }
 
   reset() {
-    const way = minus(this.first.eye, this.first.target);
+    const offset = minus(this.first.eye, this.first.target);
     this.target = [...this.first.target];
     this.distance = this.home;
-    this.yaw = Math.atan2(way[0], way[2]);
-    this.pitch = Math.asin(Math.max(-1, Math.min(1, way[1] / this.home)));
+    this.yaw = Math.atan2(offset[0], offset[2]);
+    this.pitch = Math.asin(Math.max(-1, Math.min(1, offset[1] / this.home)));
   }
 
-  /** right, up, forward. */
+  /** Returns the axes right, up and forward. */
   axes() {
     const [sy, cy, sp, cp] = [Math.sin(this.yaw), Math.cos(this.yaw), Math.sin(this.pitch), Math.cos(this.pitch)];
     return {forward: [-sy * cp, -sp, -cy * cp], right: [cy, 0, -sy], up: [-sy * sp, cp, -cy * sp]};
   }
 
-  /** For a picture of this box: the film's height, or more where else too little of the width would be seen. */
+  /** Returns the view for a picture's box: as high as the film's, or higher where the box is narrow. */
   view(box) {
     const {forward, right, up} = this.axes();
     const aspect = box[2] / box[3];
@@ -65,7 +65,7 @@ class Camera {
     this.pitch = Math.max(-1.5, Math.min(1.55, this.pitch + 0.008 * dy));
   }
 
-  /** By pixels of a picture of this height. */
+  /** Moves the target by pixels of a picture of this height. */
   pan(dx, dy, height) {
     const {right, up} = this.axes();
     const step = 2 * this.tangent * this.distance / height;
@@ -77,7 +77,7 @@ class Camera {
   }
 }
 
-/** Where the view shows a point, in pixels from the picture's top left corner; nothing behind the eye. */
+/** Returns a point's position in pixels from the picture's top left corner; null behind the eye. */
 function projected(view, point, width, height) {
   const p = minus(point, view.eye);
   const ahead = dot(p, view.forward);

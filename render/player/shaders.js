@@ -15,7 +15,7 @@ uniform float shadow_bias;
 #define display film
 #endif
 
-/// Part of the key light that reaches a point: twelve taps of a spiral.
+/// Returns the fraction of the key light that reaches a point, by twelve taps of a spiral.
 float key_light(vec3 position, vec3 n) {
   vec4 seen = shadow_from_world * vec4(position + n * shadow_bias, 1.0);
   vec3 place = seen.xyz / seen.w * 0.5 + 0.5;
@@ -66,7 +66,7 @@ void main() {
 }
 `;
 
-/** What a surface is where it is drawn, and where it is not. */
+/** A surface's colour and cut-outs. */
 const SURFACE = `
 #ifdef LOOKS
 in vec4 places;
@@ -76,7 +76,7 @@ vec4 texel(sampler2D map, int role) { return texture(map, place_in_image(role, p
 #endif
 uniform vec3 color;
 
-/// Base colour and alpha, which where it is below the cut-off leaves nothing to draw.
+/// Returns base colour and alpha; discards the fragment where alpha is below the cut-off.
 vec4 own_base_color() {
 #ifdef LOOKS
   vec4 base = vec4(color, opacity.x) * own_color * texel(color_texture, 0);
@@ -105,7 +105,7 @@ void main() {
   float alpha = 1.0;
   vec3 shine = vec3(0.0);
 #ifdef LOOKS
-  // All texels before the first discard, which leaves neighbours without the places that texels are chosen by.
+  // Read all texels before the first discard, which would leave neighbours without derivatives.
   own_finish *= texel(finish_texture, 1).bg;
   n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
   open = open_part(texel(occlusion_texture, 3));
@@ -189,13 +189,13 @@ void main() {
 }
 `;
 
-/** Depth alone. */
+/** Draws depth alone. */
 const DEPTH = `precision highp float;
 ` + SURFACE + `
 void main() { own_base_color(); }
 `;
 
-/** The picture's light as its codes. */
+/** Encodes a picture of linear light as sRGB. */
 const CODES = `precision highp float;
 uniform vec3 sun, zenith, horizon, bounce;
 uniform vec4 to_sun;

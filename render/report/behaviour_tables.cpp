@@ -1,4 +1,5 @@
-// Tables of how runs behave: limits, orders, energy, friction, springs, and figures that miss what is known.
+// Tables of the behaviour of runs: limits, orders, energy, friction, springs, and values that miss known
+// ones.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,7 +30,7 @@ std::string limit_text(const SweepRecord& record) {
   return limit.divisions == 1 ? "h" : fmt::format("h/{}", limit.divisions);
 }
 
-/// Returns the families of one scene's records that no other engine ran.
+/// Returns our families of one scene's records, without other engines.
 std::vector<RunFamily> own_families(const std::vector<SweepRecord>& records) {
   std::vector<RunFamily> families = families_of(records);
   std::erase_if(families, [](const RunFamily& family) { return !family.runs.front().engine.empty(); });
@@ -51,7 +52,7 @@ std::vector<std::pair<std::string, SweepRecord>> at_equal_rows(const std::vector
   for (const RunFamily& family : families) {
     const SweepRecord* best = nullptr;
     for (const SweepRecord& run : family.runs) {
-      // Allow a twentieth more: runs find contacts at different places, which are a few rows more or less.
+      // Allow a twentieth more: contacts differ from run to run by a few rows.
       if (static_cast<double>(run.metrics->row_solves) > 1.05 * static_cast<double>(most)) continue;
       if (!best || run.metrics->row_solves > best->metrics->row_solves) best = &run;
     }
@@ -203,7 +204,7 @@ TextTable sliding_table(const std::vector<SweepRecord>& records) {
     if (runs.empty()) continue;
     for (std::size_t i = 0; i < runs.front().second.metrics->expected.size(); ++i) {
       const ExpectedFigure& known = runs.front().second.metrics->expected[i];
-      // Skip bounds, which do not tell by how much friction is off.
+      // Skip bounds, which do not measure the error of friction.
       if (known.bound != Bound::equal || known.expected == 0) continue;
       double largest = 0;
       std::vector<std::string> row{scene, known.name,
@@ -266,7 +267,7 @@ std::vector<BadFigure> bad_figures(const std::vector<SweepRecord>& records) {
     }
   }
   std::vector<BadFigure> result;
-  for (auto& [place, figure] : worst) {
+  for (auto& [scene_and_algorithm, figure] : worst) {
     if (figure.bad > 0) result.push_back(std::move(figure));
   }
   std::ranges::stable_sort(result, [](const BadFigure& a, const BadFigure& b) {

@@ -36,7 +36,7 @@ struct ReportFigure {
 /// Returns all figures, in the report's order.
 const std::vector<ReportFigure>& figures();
 
-/// Throws Error that lists the names.
+/// Returns a figure. Throws Error, which lists the names.
 const ReportFigure& figure_named(const std::string& name);
 
 /// Returns the numbers of a sheet. A panel's table has a row for each x and a column for each series, with

@@ -1,4 +1,5 @@
-// Maps of the ranges in which runs are right: of a sweep over two settings, and of scenes made for it.
+// Maps of the settings with which runs are right: from sweeps over two settings, and from runs made for a
+// map.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,8 +30,8 @@ struct MappedRuns {
   std::array<std::set<double>, 2> values;
 };
 
-/// Groups the runs of A3 to A5 that differ in two settings alone, `axes`. `without` makes these two equal.
-/// Leaves out groups with fewer than `least` values of a setting.
+/// Groups the runs of A3 to A5 that differ in two settings alone, `axes`. `without` sets these two to fixed
+/// values. Leaves out groups with fewer than `least` values of a setting.
 std::vector<MappedRuns> mapped_runs(const std::vector<SweepRecord>& records, Axes axes,
                                     Settings (*without)(Settings settings), std::size_t least) {
   std::vector<MappedRuns> maps;

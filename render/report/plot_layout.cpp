@@ -11,7 +11,7 @@
 namespace substep::report {
 namespace {
 
-constexpr double right_margin = 16;  // also room for half of a tic's text
+constexpr double right_margin = 16;  // also room for half of a tic's label
 constexpr double text_size = 12;
 
 /// Breaks lines between words, so that none is wider than `most`.

@@ -18,8 +18,8 @@ std::string error_label(double metres, double certain);
 /// Returns an energy with its sign: "+1.23 kJ", "−45.6 mJ", "0 J".
 std::string energy_label(double joules);
 
-/// Returns a row for each run but the reference: its settings, errors, row solves and why it ended.
-/// `with_times`: also its CPU time, which differs from time to time.
+/// Returns a row for each run but the reference: its settings, errors, row solves and reason of an
+/// early end. `with_times` adds its CPU time, which varies.
 TextTable table_of(const Comparison& comparison, bool with_times);
 
 /// Returns the reference's method, uncertainty and end; empty where there is no reference.

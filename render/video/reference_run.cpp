@@ -116,11 +116,11 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   const double most = refinement_limit * size_of(scene);
   while (reference.known < both) {
     const std::size_t k = reference.known;
-    const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
+    const double difference = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
     // Count a NaN as diverged
-    if (!(apart <= most)) break;
+    if (!(difference <= most)) break;
     if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
-    reference.uncertainty.push_back(apart);
+    reference.uncertainty.push_back(difference);
     ++reference.known;
   }
   if (reference.known == times.size()) return reference;

@@ -51,7 +51,7 @@ struct VideoReport {
 };
 
 /// Simulates and draws a film. The output's extension names its container. Throws Error for another
-/// extension, or where ffmpeg is missing, before it simulates; then all outputs are as they were.
+/// extension, or where ffmpeg is missing, before it simulates and writes.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 
 /// Draws a film of runs that are simulated.

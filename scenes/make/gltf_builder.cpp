@@ -18,7 +18,7 @@ constexpr const char* rigid_bodies = "KHR_physics_rigid_bodies";
 constexpr const char* implicit_shapes = "KHR_implicit_shapes";
 constexpr const char* lights = "KHR_lights_punctual";
 
-// −0 would be written as "-0.0".
+// Replaces −0, which would be written as "-0.0".
 double positive_zero(double x) {
   return x + 0.0;
 }
@@ -166,7 +166,7 @@ int GltfBuilder::mesh(std::string_view name, const std::vector<Part>& parts) {
   for (const Part& part : parts) {
     const Mesh* const made = std::get_if<Mesh>(&part.geometry);
     const int positions = made ? geometry(*made) : std::get<int>(part.geometry);
-    // After the positions come the normals, if there are any, and the corners of the triangles.
+    // geometry() stores normals, if any, and indices after the positions.
     const bool has_normals = document_["accessors"][positions + 1]["type"] == "VEC3";
     Json attributes = {{"POSITION", positions}};
     if (has_normals) attributes["NORMAL"] = positions + 1;
@@ -373,7 +373,7 @@ std::string GltfBuilder::text() const {
   Json content = document_;
   content["buffers"] = Json::array(
       {{{"byteLength", buffer_.size()}, {"uri", "data:application/octet-stream;base64," + base64(buffer_)}}});
-  // Keys stand in this order, in whichever order the lists were begun.
+  // Write the keys in this order, whatever the order of their first use.
   Json document;
   for (const char* key : {"asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions",
                           "materials", "meshes", "accessors", "bufferViews", "buffers"}) {

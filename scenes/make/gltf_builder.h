@@ -23,24 +23,24 @@ namespace substep::scenes {
 
 using Json = nlohmann::ordered_json;
 
-/// How a surface looks.
+/// The look of a surface.
 struct Finish {
   std::string_view name;
   std::array<double, 3> color;  ///< linear RGB
   double metallic = 0;
   double roughness = 0.5;
-  bool double_sided = false;  ///< an open mesh of it collides on both sides
+  bool double_sided = false;  ///< whether open meshes collide on both sides
 };
 
 struct Motion {
   double mass = 1;  ///< kg
   std::optional<Vector3> inertia =
-      {};  ///< principal moments along the node's axes, kg·m²; else of its colliders
+      {};  ///< principal moments along the node's axes, kg·m²; default: the colliders'
   Quaternion inertia_orientation = Quaternion::Identity();  ///< of the principal axes in the node
   std::optional<Vector3> centre_of_mass = {};               ///< node space; else the colliders'
   Vector3 linear_velocity = Vector3::Zero();                ///< node space, m/s
   Vector3 angular_velocity = Vector3::Zero();               ///< node space, rad/s
-  bool kinematic = false;                                   ///< keeps its velocity whatever happens
+  bool kinematic = false;                                   ///< keeps its velocity in all impacts
 };
 
 /// A bound on one, two or three axes of a joint, as in the extension. Hard without stiffness.
@@ -76,10 +76,10 @@ struct VelocityDrive {
 /// Duration of a run and its settings: `extras.substep` of the scene.
 struct Run {
   double duration;                    ///< s
-  std::optional<double> poster = {};  ///< s, the moment that a picture of the scene shows
+  std::optional<double> poster = {};  ///< s, time of the scene's picture
   Vector3 gravity = {0, -9.81, 0};    ///< m/s²
   double step = 1.0 / 60;             ///< s
-  std::optional<int> substeps = {};   ///< without them the bodies' masses say how many
+  std::optional<int> substeps = {};   ///< default: by the bodies' masses
 };
 
 inline const Vector3 afternoon{-0.45, -1, -0.55};
@@ -93,8 +93,8 @@ struct Stage {
   Vector3 light = afternoon;            ///< direction in which the sun shines
 };
 
-/// A quantity that is known of the scene's motion, with the keys of `extras.substep.expected` in
-/// scenes/format.md. Without a name one is made of the rest.
+/// A known quantity of the scene's motion, with the keys of `extras.substep.expected` in scenes/format.md. An
+/// empty name is derived from the other keys.
 struct Quantity {
   std::string name;
   std::string_view quantity;
@@ -172,7 +172,7 @@ class GltfBuilder {
 
   const std::string& name() const { return name_; }
 
-  /// Adds a quantity that is known, with the source of the value.
+  /// Adds a known quantity, with the source of the value.
   void expect(const Quantity& quantity, const Json& when, const Bound& bound, double tolerance,
               std::string_view source);
   /// Expects that no centre of these bodies, or of any, is ever further from its start than `tolerance`.
@@ -183,7 +183,7 @@ class GltfBuilder {
   /// Expects at most the energy of the start, J, where nothing drives the scene.
   void expect_no_gain(double tolerance, std::string_view source);
 
-  /// Returns the material of a finish: one for each name, in the order in which they were first asked for.
+  /// Returns the material of a finish: one for each name, in the order of the first calls.
   int material(const Finish& finish);
 
   /// Adds vertices and triangles that several meshes may show in different materials. Without normals they
@@ -193,14 +193,14 @@ class GltfBuilder {
 
   /// Adds a node to the scene's tree; at the root without a parent.
   int node(std::string_view name, const Pose& pose = {}, std::optional<int> parent = {});
-  /// Adds a node that is not in the scene: what colliders refer to, never drawn.
+  /// Adds a node outside the scene, for colliders to refer to; never drawn.
   int detached_node(const std::string& name, const Look& look);
   /// Shows a mesh, which is named after the node where it is new.
   void show(int node, const Look& look);
   /// Stretches what the node holds along its axes.
   void scale(int node, const Vector3& factors);
 
-  /// Adds a node with what a body has.
+  /// Adds a node with motion, collider and mesh.
   int body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
            const Look& look, std::optional<int> parent = {});
   int body(std::string_view name, const Pose& pose, const Motion& motion, const Look& look,
@@ -217,9 +217,9 @@ class GltfBuilder {
 
   int box_shape(const Vector3& size);
   int sphere_shape(double radius);
-  /// Along Y; `height` is of the straight part.
+  /// Adds a capsule along Y; `height` is of the straight part.
   int capsule_shape(double radius_bottom, double radius_top, double height);
-  /// Along Y; with a radius of 0 a cone.
+  /// Adds a cylinder along Y; a cone with a radius of 0.
   int cylinder_shape(double radius_bottom, double radius_top, double height);
   /// Adds a material without restitution; the smaller friction of two materials counts.
   int physics_material(double static_friction, std::optional<double> dynamic_friction = {});
@@ -228,15 +228,15 @@ class GltfBuilder {
 
   void motion(int node, const Motion& motion);
   void collider(int node, const Collider& collider);
-  /// The collider of a node belongs to a system and meets only those of one other; of all, without one.
+  /// Puts a node's collider into a collision system. It collides with `only_with` alone, or with all.
   void collide_as(int node, std::string_view system, std::optional<std::string_view> only_with = {});
 
-  /// A ball joint keeps two points together; a hinge leaves turning about the node's +Z too.
+  /// Add a ball joint, which keeps two points together, or a hinge, which only turns about the node's +Z.
   int ball_joint();
   int hinge(const std::optional<VelocityDrive>& drive = {});
   int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});
-  /// Coordinates of limits and drives are those of `connected_node` in the frame of `node`.
-  /// `collide`: the two bodies meet nevertheless.
+  /// Joins two nodes. Limits and drives act on the coordinates of `connected_node` in the frame of `node`.
+  /// `collide`: whether the two bodies collide.
   void joint(int node, int connected_node, int joint_description, bool collide = false);
   /// Joins the −X end of a link of a chain to the node where the chain ends. Returns the node of its +X end.
   int add_link(int number, int body, double length, int end, int joint_description);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
 
-/// Looks at a scene from the front, from above and a little from the right; `size` is what the picture holds.
+/// Returns a view from the front, above and slightly right; the picture holds `size`, m.
 Stage stage_of(const Vector3& target, double size, double friction) {
   return {
       .eye = target + size * Vector3(0.45, 0.35, 1.35), .target = target, .yfov = 0.56, .friction = friction};
@@ -26,12 +26,12 @@ class Kind {
         material_(gltf.physics_material(friction)),
         mesh_(gltf.mesh(name, {{look, finish}})) {}
 
-  /// A box of `size`, drawn with rounded edges.
+  /// Makes boxes of `size`, drawn with rounded edges.
   Kind(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Finish& finish, double friction)
       : Kind(gltf, name, gltf.box_shape(size), rounded(box(size), 0.04 * size.minCoeff(), 1), finish,
              friction) {}
 
-  /// `inertia` where the body has no collider.
+  /// Adds a body, without a collider where `motion` has an inertia.
   int add(const std::string& name, const Pose& pose, const Motion& motion) const {
     if (motion.inertia) return gltf_.body(name, pose, motion, mesh_);
     return gltf_.body(name, pose, motion, {shape_, material_}, mesh_);
@@ -59,7 +59,8 @@ void join(GltfBuilder& gltf, int joint, int body, const Vector3& on_body, int pa
 constexpr double dvi_gravity = 9.81;
 constexpr double dvi_step = 0.002;
 
-/// Expects the speed and the way after `steps` steps from `speed` with `acceleration` in each.
+/// Expects the speed and the distance after `steps` steps, each of which adds `acceleration` times the step
+/// to the speed.
 void expect_sums(GltfBuilder& gltf, const std::string& body, const Vector3& direction, double speed,
                  double acceleration, int steps, std::string_view source) {
   const double time = dvi_step * steps;
@@ -95,7 +96,7 @@ GltfBuilder kapla_with(std::string_view name, double friction) {
   return gltf;
 }
 
-/// The chain along +X of the AVBD demo. `weight` is where its last body, the cube, is.
+/// Returns the chain along +X of the AVBD demo. `weight`: x of its last body, the cube, m.
 GltfBuilder heavy_rope_with(std::string_view name, double weight) {
   constexpr int bodies = 20;
   constexpr double cube = 5;
@@ -142,7 +143,7 @@ GltfBuilder million_with(std::string_view name, double gap) {
   return gltf;
 }
 
-/// Cubes of 1 m in rows, each row a cube shorter than the one below it.
+/// Returns cubes of 1 m in rows, each row a cube shorter than the row below.
 GltfBuilder pyramid_with(std::string_view name, int base, double seconds) {
   constexpr double friction = 0.6;
   GltfBuilder gltf(name, {.duration = seconds, .gravity = {0, -10, 0}, .substeps = 4},

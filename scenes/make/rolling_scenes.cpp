@@ -1,4 +1,4 @@
-/// Scenes of what rolls into something: a ball into pins, balls and cones into a funnel, balls onto a wheel.
+/// Scenes of rolling: a ball into pins, balls and cones into a funnel, balls onto a wheel.
 
 #include <cmath>
 #include <span>
@@ -53,7 +53,7 @@ struct Bowling : GltfBuilder {
     Mesh stripes;
     for (const double y : {0.240, 0.262}) stripes.add(ring(0.020, 0.0262, 0.005, 0, 40), at(0, y, 0));
     const int look = mesh("pin", {{pin, finish::ivory}, {stripes, finish::terracotta}});
-    // Three solids that follow the outline: it stands on the first one's flat end.
+    // Follow the outline with three solids; the pin stands on the flat end of the first.
     const int foot = cylinder_shape(0.0258, 0.0560, 0.085);
     const int belly = capsule_shape(0.0595, 0.0235, 0.115);
     const int head = capsule_shape(0.0225, 0.0325, 0.0985);
@@ -94,13 +94,13 @@ struct SurfacePoint {
   double normal_y;
 };
 
-/// Returns the point of a surface with a slope there, its normal upwards.
+/// Returns a point of a surface by its slope there, with the normal upwards.
 SurfacePoint sloping(double radius, double y, double slope) {
   const double length = std::sqrt(1 + slope * slope);
   return {radius, y, -slope / length, 1 / length};
 }
 
-/// The surface of a line turned about +Y, without thickness: its front is where the normals point.
+/// Returns the surface of a line turned about +Y, without thickness, whose front faces along the normals.
 Mesh turned_surface(std::span<const SurfacePoint> line, std::uint32_t sectors) {
   Mesh mesh;
   for (const SurfacePoint& point : line) {
@@ -126,7 +126,7 @@ Mesh turned_surface(std::span<const SurfacePoint> line, std::uint32_t sectors) {
   return mesh;
 }
 
-/// Over a surface y = height − k/r, what slides without friction has the potential of a planet.
+/// A funnel y = height − k/r, on which frictionless bodies have the potential of a planet.
 struct Funnel : GltfBuilder {
   Funnel()
       : GltfBuilder("funnel", {.duration = 6, .poster = 1.2},
@@ -135,9 +135,8 @@ struct Funnel : GltfBuilder {
                      .yfov = 0.52,
                      .friction = 0.4,
                      .light = {-0.5, -1, -0.35}}) {
-    // Rings at even steps of slope, so that edges are alike all the way down.
+    // Space rings evenly in 1/√r: even steps of 1/r would crowd the hole.
     for (int i = 0; i <= 36; ++i) {
-      // From 1/rim to 1/hole in 1/r would crowd the hole; its square root spreads them.
       const double root = std::sqrt(1 / rim) + i / 36.0 * (std::sqrt(1 / hole) - std::sqrt(1 / rim));
       const double r = 1 / (root * root);
       line_.push_back(sloping(r, height - k / r, k / (r * r)));
@@ -170,7 +169,7 @@ struct Funnel : GltfBuilder {
     cover.double_sided = true;
     const int steel = physics_material(0.5);
     const int surface = geometry(turned_surface(line_, 160));
-    // The funnel turns, as the studs on its rim show; bodies that slide without friction must not notice.
+    // Studs show that the funnel turns; frictionless bodies must not be affected.
     Mesh studs;
     for (int i = 0; i < 12; ++i)
       studs.add(ball(0.016, 16), turn(Y, pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0));
@@ -181,7 +180,7 @@ struct Funnel : GltfBuilder {
     collider(funnel, {sheet, steel, Collider::mesh});
     collide_as(funnel, "sheet");
 
-    // A shallow bowl, turned over: what falls on it meets the backs of its triangles.
+    // Add a shallow bowl upside down: bodies fall on the backs of its triangles.
     std::vector<SurfacePoint> bowl;
     for (int i = 0; i <= 12; ++i) {
       const double r = 0.002 + 0.55 * i / 12;
@@ -189,7 +188,7 @@ struct Funnel : GltfBuilder {
     }
     const int roof = scenery("roof", {{turned_surface(bowl, 64), cover}}, at(0, 0.36, 0) * turn(X, pi));
     collider(roof, {roof, steel, Collider::mesh});
-    // A wall on the ground, met from inside.
+    // Add a wall on the ground, which bodies hit from inside.
     const std::array<SurfacePoint, 2> strip{{{1.15, 0, 1, 0}, {1.15, 0.09, 1, 0}}};
     const int wall = scenery("wall", {{turned_surface(strip, 96), cover}});
     collider(wall, {wall, steel, Collider::mesh});
@@ -217,7 +216,7 @@ struct Funnel : GltfBuilder {
     return {r - radius * slope / length, height - k / r + radius / length, slope};
   }
 
-  /// Adds a ball that goes round on a ring, counted from the rim.
+  /// Adds a ball that circles on a ring, counted from the rim.
   void add_planet(const std::string& name, std::size_t ring, double angle, const Finish& paint) {
     // The ring's straight side has the slope of the curve at the geometric mean of its ends.
     const SurfacePoint& inner = line_[ring + 1];
@@ -260,7 +259,7 @@ struct Funnel : GltfBuilder {
     const Vector3 foot = resting(0.70, 0);
     const double slope = foot.z();
     const double length = std::sqrt(1 + slope * slope);
-    // Upright along the normal there, the base just clear of the facets under it.
+    // Stand the cone along the normal, its base just above the facets.
     const double half_cosine = std::sqrt((1 + 1 / length) / 2);
     const Pose upright{Vector3::Zero(), Quaternion(half_cosine, 0, 0, slope / length / (2 * half_cosine))};
     const double away = half + 0.004;
@@ -318,7 +317,7 @@ struct WaterWheel : GltfBuilder {
       collider(node(numbered("blade", i + 1), blade, wheel), {blade_shape, slick_});
       blades.add(rounded(box(blade_size), 0.008, 2), blade);
     }
-    // Rings and spokes instead of the discs, so that one can see inside.
+    // Draw rings and spokes instead of the discs, which would hide the inside.
     Mesh rings;
     const Mesh rim = turned({corner(radius - 0.07, -0.015, 0.005), corner(radius, -0.015, 0.005),
                              corner(radius, 0.015, 0.005), corner(radius - 0.07, 0.015, 0.005)},

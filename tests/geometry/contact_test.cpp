@@ -24,7 +24,7 @@ using test::upright;
 
 constexpr double margin = 0.02;
 
-/// Returns a turn so that face 0 looks along `direction`.
+/// Returns the rotation that turns face 0 along `direction`.
 Quaternion face_towards(const Polytope& polytope, const Vector3& direction) {
   return Quaternion::FromTwoVectors(polytope.face_normals[0], direction);
 }
@@ -34,7 +34,7 @@ TEST(Contacts, PlaneOffOriginIsExact) {
   const Vector3 normal = tilted * Vector3::UnitY();
   const Vector3 there(3, -5, 2);
   const Vector3 aside = tilted * Vector3(0.7, 0, -0.4);
-  // Each of radius 0.5 about its centre, sunk into the plane by 0.1.
+  // Sink shapes of radius 0.5 into the plane by 0.1.
   const Vector3 centre = there + aside + 0.4 * normal;
   const Quaternion lying = tilted * Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitX());
   for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{1.0, 0.5}),
@@ -203,7 +203,7 @@ std::vector<Resting> resting_cases() {
 TEST(Contacts, RestingShapesHaveWholeManifold) {
   for (const Resting& rest : resting_cases()) {
     for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
-      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no unique shortest way out.
+      // Skip thin solids, 2 or 3 cm thick: 1 cm deep, several directions separate them equally fast.
       const std::string name = rest.name;
       if (gap < -1e-3 && (name.starts_with("plate") || name.starts_with("small"))) continue;
       Pose pose = rest.top_pose;
@@ -254,7 +254,7 @@ TEST(Contacts, SlightTiltKeepsFace) {
     for (int trial = 0; trial < 300; ++trial) {
       const Quaternion tilt = turn(angle, test::random_point(random, 1));
       const double gap = trial % 2 == 0 ? -1e-4 : 1e-4;
-      // The box is half beside the other's edge, where an edge axis nearly wins.
+      // Put half of the box beyond the other's edge, where an edge axis nearly separates most.
       for (const auto& [a, b] : {std::pair{&cube, &cube}, {&hull, &hull}, {&cube, &hull}}) {
         const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, margin);
         EXPECT_GE(points.size(), 4U) << angle;
@@ -328,17 +328,17 @@ TEST(Contacts, SphereAndBoxMatchClosedForm) {
   }
 }
 
-TEST(Contacts, CapsuleLeavesBoxTheShortWay) {
+TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
   const Polytope solid = box({2, 2, 2});
   const Capsule capsule = {2, 0.1};
-  // Upright through the box, 0.3 from its +X side.
+  // Put the capsule upright through the box, 0.3 from its +X side.
   const auto points = contacts(capsule, {{0.7, 0.1, 0}, upright}, solid, {}, margin);
   ASSERT_EQ(points.size(), 2U);
   for (const ContactPoint& point : points) {
     EXPECT_LT((point.normal - Vector3::UnitX()).norm(), 1e-15);
     EXPECT_NEAR(point.distance, -0.4, 1e-15);
   }
-  // Through two neighbouring sides, near their edge: the edge's axis.
+  // Put it through two neighbouring sides near their edge: the edge's axis separates most.
   const Quaternion slant = turn(pi / 4, {0, 0, 1});
   const auto edge =
       contacts(capsule, {{0.95, 0.95, 0}, turn(pi / 2, {0, 1, 0}) * turn(pi / 2, {0, 0, 1}) * slant}, solid,
@@ -369,14 +369,14 @@ TEST(Contacts, CornersTouchAtClosestPoints) {
   Polytope hull = box({1, 1, 1});
   hull.box.reset();
   for (const Polytope& cube : {box({1, 1, 1}), hull}) {
-    // Diagonally apart: on every axis a gap below the margin, in truth √3 times as far, and no face over the
-    // other.
+    // Put boxes diagonally apart: each axis has a gap below the margin, the distance is √3 times it, and no
+    // faces overlap.
     const auto points = contacts(cube, {Vector3::Constant(1.01), upright}, cube, {}, margin);
     ASSERT_EQ(points.size(), 1U);
     EXPECT_NEAR(points[0].distance, std::sqrt(3) * 0.01, 1e-15);
     EXPECT_LT((points[0].normal - Vector3(1, 1, 1).normalized()).norm(), 1e-12);
     EXPECT_TRUE(contacts(cube, {Vector3::Constant(1.0116), upright}, cube, {}, margin).empty());
-    // Beside an edge, nowhere above it: nothing holds the upper box up.
+    // Put the box beside an edge, nowhere above it: nothing supports it.
     for (const ContactPoint& point : contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, margin)) {
       EXPECT_NEAR(point.distance, std::sqrt(2) * 0.005, 1e-15);
     }
@@ -389,7 +389,7 @@ TEST(Contacts, CornersTouchAtClosestPoints) {
 
 TEST(Contacts, EllipsoidMatchesManyPoints) {
   const Vector3 half_axes(0.2, 0.02, 0.03);
-  // So many points that their hull is nearly the ellipsoid.
+  // Make a hull of so many points that it is nearly the ellipsoid.
   Polytope points = ellipsoid(half_axes, 100);
   points.ellipsoid.reset();
   const Shape fine = points;
@@ -437,7 +437,7 @@ TEST(Contacts, RotatedBoxMatchesItsHull) {
     const Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
     const auto quick = contacts(one, pose, one, {}, margin);
     const auto slow = contacts(other, pose, other, {}, margin);
-    // The same axis is found, so the same depth; ties in the choice of a face apart.
+    // Equal axes give equal depths, except for ties in the choice of a face.
     ASSERT_EQ(quick.empty(), slow.empty());
     if (!quick.empty()) {
       EXPECT_NEAR(test::lowest_distance(quick), test::lowest_distance(slow), 1e-12);

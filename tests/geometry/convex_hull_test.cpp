@@ -17,8 +17,8 @@
 namespace substep {
 namespace {
 
-/// Expects what holds for every polytope: Euler's formula, outward unit normals, all vertices below all faces
-/// and on their own, edges between the faces that they name.
+/// Expects Euler's formula, outward unit normals, vertices on their own faces and below all others, and edges
+/// between the faces that they name.
 void expect_sound(const Polytope& polytope, double tolerance) {
   EXPECT_EQ(polytope.vertices.size() + polytope.face_count(), polytope.edges.size() + 2);
   ASSERT_EQ(polytope.face_begin.size(), polytope.face_count() + 1);
@@ -131,7 +131,7 @@ TEST(ConvexHull, KeepsShapeAtAnySizeAndPosition) {
   }
 }
 
-/// Returns the message that the hull of these points is refused with.
+/// Returns the message that refuses the hull of these points.
 std::string refusal(const std::vector<Vector3>& points) {
   return test::message_of([&] { convex_hull(points, "a.gltf: /meshes/2"); });
 }
@@ -169,7 +169,7 @@ TEST(ConvexHull, HostilePointsAreHulledOrRefused) {
   std::mt19937 random(11);
   int hulls = 0;
   for (int trial = 0; trial < 400; ++trial) {
-    // Grids, near-duplicates and slivers: where hulls are hard.
+    // Draw grids, near-duplicates and slivers, on which hull algorithms fail.
     std::vector<Vector3> points;
     const double noise = std::pow(10.0, -1.0 - trial % 16);
     const Vector3 stretch(1, trial % 3 == 0 ? 1 : 1e-3, trial % 5 == 0 ? 1e-4 : 1);
@@ -226,12 +226,12 @@ TEST(Cylinder, HasItsVerticesOnTheCircles) {
   EXPECT_THROW(cylinder(1, 0, 0), Error);
 }
 
-TEST(Scaled, KeepsABoxABoxAndAHullSound) {
+TEST(Scaled, KeepsBoxesAndValidHulls) {
   const Polytope solid = scaled(box({1, 1, 1}), {1, 2, 3});
   expect_sound(solid, 0);
   EXPECT_EQ(solid.box->half_size, Vector3(0.5, 1, 1.5));
   expect_sound(scaled(convex_hull(test::dodecahedron_points(), "d"), {1, 5, 0.2}), 1e-14);
-  // A box that stands askew is sheared by it, so it is one no longer.
+  // Scaling shears a rotated box, which then is no box.
   EXPECT_FALSE(
       scaled(test::transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.5, {0, 0, 1})}), {1, 2, 1})
           .box);

@@ -35,7 +35,7 @@ def expect(condition, what):
 
 
 class Project:
-    """A repository of its own with scenes in it, and `substep` on the path."""
+    """A separate repository with scenes, and `substep` on the path."""
 
     def __init__(self, folder, scenes=("box_stack", "pendulum")):
         self.folder = pathlib.Path(folder)

@@ -1,4 +1,4 @@
-/// Has a test for each case of golden/suite.toml, whose verdict says whether simulation or renderer changed.
+/// Tests each case of golden/suite.toml; the verdict tells whether simulation or renderer changed.
 /// CTest runs the cases of an algorithm together.
 
 #include <gtest/gtest.h>

@@ -41,7 +41,7 @@ Image frame_of(const Composition& composition, int k) {
   return composition.frame(k, std::vector<Image>(6, picture));
 }
 
-TEST(Composition, SaysWhereARunDiverged) {
+TEST(Composition, MarksDivergedRun) {
   Comparison comparison = compared(scene("pendulum"), 0.2);
   // Returns the reddest pixel in the middle of the second panel's picture.
   const auto reddest = [&] {
@@ -104,7 +104,7 @@ int pixels_of(const Image& image, const Color& color) {
   return count;
 }
 
-/// A grey picture of a pendulum, and overlays on it.
+/// Tests overlays on a grey picture of a pendulum.
 class Overlay : public testing::Test {
  protected:
   Overlay() {
@@ -197,7 +197,7 @@ TEST_F(Overlay, DrawsImpulsesAsArrowsToScale) {
   for (int y = 0; y < 100; ++y) {
     if (picture.pixel(100, y)[0] > 200) top = std::min(top, y);
   }
-  // From the middle, 0.75 m at 2 m where the picture is 4 m high: 18.75 pixels, and half the line's width.
+  // The arrow has 0.75 m, 2 m ahead, where the picture is 4 m high: 18.75 pixels, and half the line's width.
   EXPECT_NEAR(top, 50 - 18.75, 2.5);
   EXPECT_EQ(picture.pixel(60, 50)[0], 0);
 }
@@ -215,7 +215,7 @@ TEST_F(Overlay, DrawsAScaleOfARoundImpulse) {
     const std::uint8_t* const p = picture.pixel(x, 360 - 16);
     if (p[0] > 150 && p[2] < 120) right = x;
   }
-  // 128 pixels, a fifth of the width, hold 4.3 N·s: the arrow is of 2 N·s, and begins at 8.
+  // A fifth of the width, 128 pixels, holds 4.3 N·s: the scale's arrow has 2 N·s and begins at pixel 8.
   EXPECT_NEAR(right, 8 + 60, 3);
 }
 

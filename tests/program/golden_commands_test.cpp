@@ -1,4 +1,4 @@
-// The commands of the visual regression suite, one after another as a user types them.
+// Types the commands of the visual regression suite one after another, as a user does.
 
 #include <gmock/gmock.h>
 
@@ -11,7 +11,7 @@ using testing::HasSubstr;
 
 class GoldenCommands : public Program {
  protected:
-  /// A suite of one short case.
+  /// Writes a suite of one short case.
   void SetUp() override {
     std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
     write("suite.toml",
@@ -39,7 +39,7 @@ TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
   expect_content("checked/pendulum.a3/player.html",
                  {"\"method\":\"the golden run\"", "\"as it runs now\"", "3 sub-steps"});
 
-  // A golden that nobody approved fails.
+  // An unapproved golden fails.
   write("suite.toml", suite);
   std::string log = content("poses/pendulum/a3.poses");
   const std::size_t header = log.find("substeps 10\n");

@@ -83,7 +83,7 @@ TEST_F(Pictures, ShowEarlierMomentsLighterInAStrobe) {
                  "--layout strobe: needs at least two moments");
 }
 
-TEST_F(Pictures, ShowStillsInRowsOfRunsAndColumnsOfTimes) {
+TEST_F(Pictures, ShowStillsByRunAndTime) {
   const std::vector<std::string> stills{"render", "--layout", "stills", scene("rod_chain.gltf")};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), stills.begin(), stills.end());
@@ -169,7 +169,7 @@ TEST_F(Pictures, ShowEachSceneOnceOnASheet) {
   const Image sheet = read_png(folder() / "sheet.png");
   EXPECT_EQ(sheet.width, 8 + 2 * (64 + 8));
   EXPECT_EQ(sheet.height, 8 + 2 * (36 + 22));
-  // Two pictures are above, one below beside an empty place.
+  // Two pictures are in the upper row, one in the lower.
   for (const auto& [x, y] : {std::pair{8 + 32, 8 + 18}, {80 + 32, 8 + 18}, {8 + 32, 66 + 18}})
     EXPECT_FALSE(is_white(sheet, x, y)) << x << " " << y;
   EXPECT_TRUE(is_white(sheet, 80 + 32, 66 + 18));
@@ -212,7 +212,7 @@ TEST_F(Pictures, BecomeAFilmOfTheDurationAndSize) {
 }
 
 TEST_F(Pictures, BecomeTheContainerOfTheExtension) {
-  // MP4: above.
+  // The test above covers MP4.
   for (const auto& [extension, format, codec] :
        {std::tuple{"webm", "matroska,webm", "vp9"}, std::tuple{"gif", "gif", "gif"},
         std::tuple{"apng", "apng", "apng"}}) {
@@ -255,7 +255,7 @@ TEST_F(Pictures, NeedFfmpegForAFilmButNotForFrames) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("wrote frames\n"));
   EXPECT_EQ(read_png(folder() / "frames" / "frame_0009.png").width, 320);
-  // The command that is printed makes the film that would have been made.
+  // The printed command makes the film from the frames.
   const std::string start = "a film of them: ";
   std::string command = outcome.out.substr(outcome.out.find(start) + start.size());
   command = command.substr(0, command.find('\n'));

@@ -257,7 +257,7 @@ def pixels_of_png(page, content, places):
 
 
 def shows_materials(chrome, folder, substep, screenshots):
-    """Squares with all that materials can say have the colours that the renderer gives them."""
+    """Squares with all properties of materials have the renderer's colours."""
     textured_scene.write(folder / "squares.gltf")
     width, height = 640, 360
     for arguments in [["player", "squares.gltf", "--duration", "0.1", "--panel", "a5,n=2", "--output", "squares.html"],

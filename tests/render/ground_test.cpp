@@ -33,7 +33,7 @@ TEST(Ground, LiesBelowFallingBodiesAtTheStart) {
   EXPECT_GT(height_of(scene), 1.5);
 }
 
-/// A ball joint between `body` at `anchor` and the world, or another body at `other_anchor`.
+/// Adds a ball joint between `body` at `anchor` and the world, or another body at `other_anchor`.
 void join(Scene& scene, int body, const Vector3& anchor, const Vector3& other_anchor,
           int other = world_body) {
   Joint& joint = scene.joints.emplace_back();
@@ -47,7 +47,7 @@ void join(Scene& scene, int body, const Vector3& anchor, const Vector3& other_an
 }
 
 TEST(Ground, LiesBelowAllThatCanSwing) {
-  // Two balls of radius 0.1 stand above the point that they hang on, 1 m from each other and from it.
+  // Two balls of radius 0.1 stand above their pivot, 1 m from each other and from the pivot.
   Scene scene = empty_scene(false);
   const int first = add_body(scene, Sphere{0.1}, {0, 3, 0});
   const int second = add_body(scene, Sphere{0.1}, {0, 4, 0});
@@ -68,8 +68,8 @@ TEST(Ground, LiesCloseBelowATightRope) {
   EXPECT_GT(height_of(scene), 1);
 }
 
-/// Returns the fraction of the sky that the middle of a square of 4 m sees past an object between two heights
-/// over all cells within `radius`.
+/// Returns the fraction of the sky that is seen from the middle of a square of 4 m below a disc of `radius`,
+/// between two heights.
 double open_below(double radius, float lowest, float highest) {
   Relief relief;
   relief.width = 4;
@@ -89,7 +89,7 @@ double open_below(double radius, float lowest, float highest) {
 }
 
 TEST(Ground, DiscAboveHidesItsFractionOfTheSky) {
-  // r² / (r² + h²), from below its middle.
+  // Below its middle a disc hides r² / (r² + h²).
   for (const double height : {0.3, 0.6, 1.2}) {
     const double share = 0.6 * 0.6 / (0.6 * 0.6 + height * height);
     EXPECT_NEAR(1 - open_below(0.6, static_cast<float>(height), static_cast<float>(height) + 0.02F), share,

@@ -12,19 +12,19 @@
 
 namespace substep::test {
 
-/// The buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
+/// Returns the buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
 std::string cube_buffer();
 
-/// Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child 2 "hook", which a
-/// joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside the scene; 6 "eye",
-/// a camera; 7 "sun", a light. The buffer is a data URI.
+/// Returns a document. Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child
+/// 2 "hook", which a joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside
+/// the scene; 6 "eye", a camera; 7 "sun", a light. The buffer is a data URI.
 nlohmann::json example();
 
-/// Changes a document: "/nodes/1/name = 5; /nodes/- = {}" sets one value and appends another; a value that is
-/// missing removes. In pointers, $ stands for extensions/KHR_physics_rigid_bodies and # for
+/// Changes a document: "/nodes/1/name = 5; /nodes/- = {}" sets one value and appends another; an empty
+/// value removes. In pointers, $ stands for extensions/KHR_physics_rigid_bodies and # for
 /// extensions/KHR_implicit_shapes/shapes.
 nlohmann::json edited(nlohmann::json document, const std::string& edits);
-/// Changes the example.
+/// Returns the changed example.
 nlohmann::json edited(const std::string& edits);
 
 /// Returns a pointer with $ and # written out.
@@ -43,10 +43,11 @@ int add_accessor(nlohmann::json& document, std::string& bytes, const std::string
 /// joints.
 nlohmann::json skinned(nlohmann::json document, int node, const std::string& joints);
 
-/// A document with one node, named "body", that has this motion and this implicit shape as its collider.
+/// Returns a document with one node, named "body", that has this motion and this implicit shape as its
+/// collider.
 nlohmann::json one_body(const std::string& motion, const std::string& shape);
 
-/// The two chunks as a `.glb` file; the document's first buffer must have no `uri`.
+/// Returns the two chunks as a `.glb` file; the document's first buffer must have no `uri`.
 std::string glb(const std::string& json, const std::string& binary);
 
 Scene load(const nlohmann::json& document);

@@ -1,4 +1,4 @@
-/// The scenes of the library are what their pages say.
+/// Checks properties that all scenes of the library have.
 
 #include <gtest/gtest.h>
 

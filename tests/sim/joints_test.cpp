@@ -387,8 +387,7 @@ double leftmost(const Scene& scene, Algorithm algorithm) {
                            [](const State& state, double) { return 1 - state.q[1].linear.x(); });
 }
 
-constexpr double short_of =
-    0.02;  // m: it may stop at the start of the step of the hit, 4.2 m/s · 1/240 s before
+constexpr double short_of = 0.02;  // m: it may stop at the start of the hit's step, 4.2 m/s · 1/240 s before
 
 TEST(Joints, JointToAPostSilencesThePostAlone) {
   for (const Algorithm algorithm : test::all_algorithms) {

@@ -1,5 +1,5 @@
-// The five files against the report's listings: each line of a listing is marked once, in its order, and A3
-// and A4 differ in the report's three places only.
+// Compares the files of A1 to A5 with the report's listings: each line of a listing is marked once, in order,
+// and A3 and A4 differ only in the report's three lines.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// The numbers of the marks "// procK:N", in the file's order.
+/// Returns the numbers of the marks "// procK:N", in the file's order.
 std::vector<int> marks(const std::string& text, int procedure) {
   std::vector<int> found;
   for (const std::string& line : lines_of(text)) {

@@ -18,15 +18,15 @@ namespace {
 constexpr double friction = 0.5;
 constexpr double gravity = 9.81;
 
-/// A body of moment `share` · m r² that rolls on the floor, a ball or a solid about Y whose axis is across
-/// the way down; gravity is turned by `slope` about an axis off x and z.
+/// A body of moment `share` · m r² that rolls on the floor: a ball, or a solid about Y whose axis is across
+/// the slope. Gravity is turned by `slope` about an axis other than x and z.
 struct Rolling {
   Shape shape;
   double radius;
   double mass;
-  double share;  ///< of a ball 2/5 solid, 2/3 hollow
+  double share;  ///< 2/5: solid ball; 2/3: hollow ball
   double slope;
-  double direction;  ///< of the way down, about y
+  double direction;  ///< downhill, angle about y
   double limit;      ///< of the errors relative to the speed
 };
 
@@ -65,7 +65,7 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
   }
 }
 
-/// A ball on a slab that tilts, either of them the first body.
+/// Returns the position of a ball on a tilting slab, with either as the first body.
 Vector3 place_on_tilting_slab(Algorithm algorithm, bool slab_first) {
   Scene scene = test::empty_scene();
   Body slab;
@@ -102,7 +102,7 @@ TEST_P(Rolls, IgnoresOrderOnTiltingSlab) {
 INSTANTIATE_TEST_SUITE_P(All, Rolls, testing::ValuesIn(test::all_algorithms),
                          [](const auto& algorithm) { return std::string(name(algorithm.param)); });
 
-/// The largest distance of a body's middle between A3 and A1 whose steps are A3's sub-steps, m.
+/// Returns the largest distance of a body's centre in A3 from that in A1 with A3's sub-steps as steps, m.
 double farthest_from_fine_steps(const Scene& scene, int body, double step, int substeps, double duration) {
   Settings fine = default_settings(Algorithm::a1);
   fine.step = step / substeps;
@@ -128,7 +128,7 @@ TEST(RollingOfA3, SubstepsEqualStepsOfA1) {
   EXPECT_LT(farthest_from_fine_steps(scene_named("rattleback"), 1, 1.0 / 480, 10, 1), 1e-4);
 }
 
-/// Two balls meet in the air while both spin: the normal is between their middles, and turns with neither.
+/// Two spinning balls meet in the air: the normal joins their centres, and turns with neither.
 TEST(RollingOfA3, SpinningBallsPushAlongTheirLine) {
   Scene scene = test::weightless_scene();
   const Vector3 towards = Vector3(0.6, 0.48, 0.64);

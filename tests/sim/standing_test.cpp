@@ -1,5 +1,4 @@
-// Bodies that stand stay in place, since the contact cache is part of the state; bodies that overlap come
-// apart.
+// Standing bodies stay in place, since the contact cache is part of the state; overlapping bodies separate.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +24,7 @@ Settings settings_of(int substeps) {
   return settings;
 }
 
-/// Largest displacement of any body, or of the one named, in the 5 seconds, at any time, m.
+/// Returns the largest displacement of any body, or of the one named, within 5 s, m.
 double displacement(const char* name, int substeps, const std::string& body = "") {
   const Scene scene = scene_named(name);
   return test::largest_displacement(scene, settings_of(substeps), 5,
@@ -67,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StandingScene,
                                   std::to_string(standing.param.substeps) + standing.param.body;
                          });
 
-TEST(MoreSubsteps, HoldHeavyTopsBetter) {
+TEST(MoreSubsteps, HoldHeavyTops) {
   for (const char* scene : {"top_heavy_stack", "heavy_on_light"}) {
     const double some = displacement(scene, 10);  // measured 85 m: it falls; 0.50 m
     EXPECT_LE(displacement(scene, 30), some) << scene;
@@ -89,7 +88,7 @@ TEST(Overlap, RecoversSlowly) {
         return most;
       });
       EXPECT_LT(fastest, 2) << "n = " << n << ", τ = " << tau;  // measured 1.78 m/s (n = 1) … 0.41 (n = 64)
-      EXPECT_GT(fastest, 0.1);                                  // they do come apart
+      EXPECT_GT(fastest, 0.1);                                  // they do separate
     }
   }
 }
@@ -138,7 +137,7 @@ TEST(ContactCache, IsSortedByColliderAndPosition) {
                                          }))
           << name << ", step " << step;
     }
-    // Measured 25, 27, 350 and 53: the order says something.
+    // Measured 25, 27, 350 and 53: enough contacts to test their order.
     EXPECT_GT(simulation.state().contacts.size() + simulation.state().patches.size(), 20U) << name;
   }
 }

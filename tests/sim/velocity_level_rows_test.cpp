@@ -1,4 +1,4 @@
-// Motors, springs and force limits in A3 to A5: what τ, κ and n leave as it is.
+// Motors, springs and force limits in A3 to A5, which τ, κ and n must not change.
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@ namespace {
 constexpr Algorithm sub_stepped[] = {Algorithm::a3, Algorithm::a4, Algorithm::a5};
 const Quaternion tilt = rotation_quaternion({0.4, -0.7, 0.3});
 
-/// A body of `mass` on a joint with the world at its centre, all turned off the axes, for the caller to
-/// add limits and drives to.
+/// Returns a body of `mass` on a joint with the world at its centre, in general orientations, without limits
+/// and drives.
 Scene jointed_body(double mass) {
   Scene scene = test::empty_scene();
   scene.gravity.setZero();
@@ -33,19 +33,19 @@ Scene jointed_body(double mass) {
   return scene;
 }
 
-/// Leaves the x axis free to slide along, or the z axis to turn about.
+/// Locks all axes but sliding along x, or all but turning about z.
 void free_axis(Scene& scene, bool angular) {
   scene.joints[0].limits = {test::locked(false, {angular, true, true}),
                             test::locked(true, {true, true, !angular})};
 }
 
-/// Leaves the axis of the drive free.
+/// Adds the drive and leaves its axis free.
 void drive_free_axis(Scene& scene, const JointDrive& drive) {
   free_axis(scene, drive.angular);
   scene.joints[0].drives.push_back(drive);
 }
 
-/// Calls `use` with all settings of A3 to A5 that τ, κ and n make.
+/// Calls `use` for A3 to A5 with several τ, κ and n.
 template <class Use>
 void with_all_settings(Use use) {
   for (const Algorithm algorithm : sub_stepped) {

@@ -1,4 +1,4 @@
-/// Every file of the corpus is read, and what is made of it by a few changes is read or refused.
+/// Replays the corpus: every file is read, and after a few random changes read or refused.
 
 #include <gtest/gtest.h>
 

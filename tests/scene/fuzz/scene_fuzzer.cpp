@@ -1,4 +1,4 @@
-/// A fuzz target that loads any bytes as a scene's file, which must load or be refused with a sentence.
+/// A fuzz target that loads any bytes as a scene's file, which must load or be refused with a message.
 ///
 /// Bytes that begin with "glTF" are a .glb. Others are a .gltf, unless their first line is "mesh." and a
 /// format's name: then the rest is a file of that format.
@@ -32,7 +32,7 @@ const fs::path& folder() {
 
 void require(bool condition, const char* what) {
   if (condition) return;
-  std::fprintf(stderr, "a loaded scene is not sound: %s\n", what);
+  std::fprintf(stderr, "a loaded scene is not valid: %s\n", what);
   std::abort();
 }
 
@@ -51,7 +51,7 @@ void check(const Scene& scene) {
   }
   for (const Collider& collider : scene.colliders) {
     require(collider.body >= 0 && collider.body < bodies, "a collider's body");
-    require(is_sound(collider.placement), "a collider's place");
+    require(is_sound(collider.placement), "a collider's placement");
     if (const auto* polytope = std::get_if<Polytope>(&collider.shape)) {
       for (const Vector3& vertex : polytope->vertices) require(vertex.allFinite(), "a hull");
     }
@@ -74,8 +74,8 @@ void check(const Scene& scene) {
   for (const Visual& visual : scene.visuals) {
     require(visual.mesh >= 0 && visual.mesh < static_cast<int>(scene.meshes.size()) && visual.body >= 0 &&
                 visual.body < bodies,
-            "what is drawn");
-    require(visual.linear.allFinite() && visual.translation.allFinite(), "where something is drawn");
+            "a visual's mesh or body");
+    require(visual.linear.allFinite() && visual.translation.allFinite(), "a visual's transform");
   }
   if (scene.camera) require(is_sound(scene.camera->pose), "the camera");
 }
