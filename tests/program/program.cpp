@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 std::string line_of(const std::vector<std::string>& arguments) {
   std::string line;
-  for (const std::string& argument : arguments) line += " " + quoted(argument);
+  for (const std::string& argument : arguments) line.append(" ").append(quoted(argument));
   return line;
 }
 
