@@ -10,14 +10,13 @@
 
 namespace substep::render {
 
-/// Returns the height of the world's horizontal plane; in a scene without one, that of the lowest thing of
-/// the world where it is below all bodies at the start; else low enough for all that joints hold to the world
-/// to swing above it. It follows from the scene alone: all runs of it, and all their frames, stand on the
-/// same ground.
+/// Returns the height of the world's horizontal plane. Without one: of the world's lowest part, if it is
+/// below all bodies at the start; else a height above which all bodies on joints with the world can swing.
+/// The scene alone determines the height, so that all runs and frames have equal ground.
 double ground_height(const Scene& scene, std::span<const Part> parts);
 
-/// The least and the greatest height, m, of surfaces over each cell of a square piece of the ground; where
-/// there is none, the greatest is below 0. Rows along x.
+/// The least and the greatest height, m, of surfaces over each cell of a square of the ground; the greatest
+/// is below 0 without surfaces. Rows along x.
 struct Relief {
   static constexpr int size = 128;
   double width = 1;  ///< m, of the square
@@ -25,8 +24,9 @@ struct Relief {
   std::vector<float> highest = std::vector<float>(static_cast<std::size_t>(size) * size, -1.0F);
 };
 
-/// Returns the fraction of the sky's light that reaches the ground at the cells' centres. All between a
-/// cell's two heights counts as filled. Reflections between ground and bodies leave at least `ambient_floor`.
+/// Returns the fraction of the sky's light that reaches the ground at the cells' centres. The space
+/// between a cell's two heights counts as filled. Reflections between ground and bodies leave at least
+/// `ambient_floor`.
 std::vector<float> ground_openness(const Relief& relief);
 inline constexpr float ambient_floor = 0.25F;
 

@@ -12,7 +12,7 @@
 
 namespace substep::render {
 
-/// Pins what the pictures depend on (driver, vector width, CPU features). Call first thing in main(): the
+/// Pins driver, vector width and CPU features, on which pictures depend. Call first thing in main(): the
 /// environment is read once a process, and must be set before there are threads.
 void pin_renderer();
 
@@ -50,7 +50,7 @@ class Renderer {
   /// Changes the view of the next pictures.
   void look(const View& view);
 
-  /// Returns whether a point of a body moves in the picture by so many pixels between two sets of poses.
+  /// Returns whether a point of a body moves in the picture by `pixels` or more between two sets of poses.
   bool moves_by(double pixels, std::span<const Coordinates> from, std::span<const Coordinates> to) const;
 
   /// Draws the frame with bodies at `poses` (one per body of the scene, the world first).
@@ -65,9 +65,9 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Draws the last of `moments` (poses of all bodies each, at least two), and in it the bodies of the others,
-/// the lighter the earlier. Later moments cover earlier ones. Throws Error where the picture is too large:
-/// its outlines are taken from one of twice its size.
+/// Draws the last of `moments` (at least two, each the poses of all bodies), and in it the bodies of the
+/// others, lighter for earlier moments. Later moments cover earlier ones. Throws Error where the picture is
+/// too large: its outlines are taken from one of twice its size.
 Image strobe(const Scene& scene, const RenderSettings& settings,
              std::span<const std::vector<Coordinates>> moments);
 

@@ -35,8 +35,8 @@ struct Renderer::Implementation {
   glm::dmat4 clip_from_world{1};  ///< of the tile
   glm::dvec4 key{0, 1, 0, 0};     ///< FrameUniforms::key
   double ground = 0;              ///< height, m
-  double focus = 0;               ///< distance from the eye at which the scene begins
-  double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
+  double focus = 0;               ///< distance of the nearest part's centre from the eye, m
+  double sight = 0;  ///< distance from the eye, m, beyond which bodies cast no shadows and hide no sky
   std::vector<bool> scenery;    ///< of each part
   std::vector<float> openness;  ///< of the ground to the sky, in the frame that is drawn
   FrameUniforms frame{};
@@ -48,23 +48,23 @@ struct Renderer::Implementation {
   Target picture;
   LightingBuffer lit;
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
-  std::vector<float> depths;     ///< read last; kept, for fresh memory costs as much as reading
+  std::vector<float> depths;     ///< read last; kept, since new memory costs as much as reading
 
   // Ground and sky that no body shades, of the last view.
   std::optional<View> backdrop_view;
-  std::vector<char> backdrop_tiles;  ///< marks of those that are drawn
+  std::vector<char> backdrop_tiles;  ///< marks of the drawn tiles
   std::vector<std::uint8_t> backdrop;
 
   // For surfaces with more than a colour.
   bool looks = false;
-  bool shines = false;  ///< some surface emits or transmits light, or is darker in its crevices
+  bool shines = false;  ///< whether a surface emits or transmits light, or has an occlusion texture
   SurfaceTextures textures;
   Lamps lamps;
   Surfaces kept;   ///< the world's, as seen with kept_view
   View kept_view;  ///< of the last tile
   bool has_kept = false;
   std::vector<Part> moving;      ///< of bodies, but for the world's
-  std::vector<Rectangle> moved;  ///< where they were when last drawn
+  std::vector<Rectangle> moved;  ///< areas of moving bodies in the last drawing
   Layers layers;                 ///< of blended surfaces
 
   Implementation(const Scene& scene, const RenderSettings& wanted,

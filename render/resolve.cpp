@@ -12,7 +12,7 @@ namespace {
 /// Linear light is counted in 65535ths.
 constexpr int linear_one = 65535;
 
-/// x^2.4 without libm's pow, whose last bit differs between versions: x² times the fifth root of x².
+/// Returns x^2.4 without libm's pow, whose last bit differs between versions: x² times the fifth root of x².
 double power_2_4(double x) {
   if (x <= 0) return 0;
   const double square = x * x;
@@ -46,7 +46,7 @@ const Tables& tables() {
 
 constexpr int one_surface = 255;
 
-/// A sample: its pixel, and its number there.
+/// A sample by its pixel and its number in the pixel.
 struct Sample {
   std::size_t pixel;
   int number;  ///< along the row, the lower row first
@@ -56,7 +56,7 @@ struct Sample {
         number(y % rendered.samples * 2 + x % rendered.samples) {}
 };
 
-/// Returns which samples of a pixel are bodies', and which of its colours they have: RenderedPixels::first.
+/// Returns the bits of a pixel's samples: the alpha of RenderedPixels::first.
 std::uint8_t bits_of(const RenderedPixels& rendered, std::size_t pixel) {
   return rendered.first[4 * pixel + 3];
 }
@@ -81,16 +81,14 @@ LinearColor light_of(const std::uint8_t* code) {
   return {linear[code[0]], linear[code[1]], linear[code[2]]};
 }
 
-/// Folds three rows of bytes into one. A loop over pointers, of which a processor takes sixteen bytes at a
-/// time.
+/// Folds three rows of bytes into one, in a loop over pointers that compilers vectorize.
 template <typename Fold>
 void fold_rows(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, std::uint8_t* to,
                std::size_t begin, std::size_t end, const Fold& fold) {
   for (std::size_t i = begin; i < end; ++i) to[i] = fold(fold(a[i], b[i]), c[i]);
 }
 
-/// Finds the pixels of a row that with their neighbours are all of one surface each, of nearly one colour, or
-/// all without bodies.
+/// Finds the pixels of a row whose neighbourhood is one surface of nearly one colour, or has no bodies.
 class EvenPixels {
  public:
   explicit EvenPixels(const RenderedPixels& rendered)
@@ -147,7 +145,7 @@ void copy_colors(const std::uint8_t* rgba, int begin, int end, std::uint8_t* rgb
   if (begin < end) std::memcpy(rgb + 3 * (end - 1), rgba + 4 * (end - 1), 3);
 }
 
-/// The pixels of a row from the first that bodies have samples of up to the one after the last.
+/// The pixels of a row from the first with samples of bodies to the one after the last.
 struct BodySpan {
   int begin = 0;
   int end = 0;
@@ -166,7 +164,7 @@ std::vector<BodySpan> body_spans(const RenderedPixels& rendered) {
   return spans;
 }
 
-/// Returns the pixels that samples of bodies in this row and the two beside it take part in.
+/// Returns the pixels of row y that samples of bodies in this row and the two beside it affect.
 BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
   BodySpan result{width, 0};
   const int last = static_cast<int>(spans.size()) - 1;
@@ -178,8 +176,8 @@ BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
   return result.begin < result.end ? result : BodySpan{};
 }
 
-// Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
-// nearest ones, which count a third, it has four: weights 1, 3, 3, 1 along each axis.
+// Two samples each way give a nearly vertical edge two steps a pixel. The neighbours' nearest samples at a
+// third of the weight make it four: weights 1, 3, 3, 1 along each axis.
 constexpr int all_weights = 64;
 
 /// A weighted sum of samples' light.

@@ -28,8 +28,8 @@ struct Target {
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
 };
 
-/// The nearest surface at each sample. Its light is computed once, however many triangles lie behind each
-/// other or share the sample's neighbourhood.
+/// The nearest surface at each sample. Its light is computed once for any number of triangles behind each
+/// other or around the sample.
 struct Surfaces {
   GLuint framebuffer = 0;
   /// packed_surface() of shader_terms.cpp; with emission also emission with alpha, and crevices.
@@ -44,8 +44,8 @@ struct Surfaces {
   /// Makes it the target, and clears its depth.
   void start() const;
 
-  /// Clears the surfaces of the current framebuffer: surfaces with looks have no normal where nothing is
-  /// drawn then.
+  /// Clears the surfaces of the current framebuffer to no normal, which surfaces with looks need where
+  /// nothing is drawn.
   static void clear();
 
   /// Copies `areas` of pixels, of so many samples a side, from one of the same size. Makes it the target.

@@ -2,13 +2,13 @@
 /// Runs the suite: checks that the simulation still gives the golden poses, and that the renderer still draws
 /// the golden pictures of them.
 ///
-/// Two tests that do not depend on each other, for each case:
+/// Each case has two independent tests:
 ///   poses   the live simulation against the golden pose log, bit for bit (motion_comparison.h);
 ///   images  the *golden* pose log, drawn now, against the golden pictures (image_comparison.h).
 ///
 /// A change of the solver fails the first alone, a change of the renderer the second alone. On the pinned
-/// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
-/// down to the environment.
+/// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is
+/// blamed on the environment.
 ///
 /// The verdict of a case that fails because its inputs changed names the input: the scene's file, the loaded
 /// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
@@ -64,8 +64,8 @@ struct ImageResult {
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
 };
 
-/// Two pictures for a person to compare, and what shows their difference: files in the case's folder, empty
-/// where there is none.
+/// Two pictures for a person to compare, and a picture of their difference: files in the case's folder, empty
+/// where missing.
 struct PicturePair {
   enum class About { renderer, simulation, first_visible, only };
   About about = About::renderer;
@@ -76,7 +76,7 @@ struct PicturePair {
   PictureComparison comparison;
 };
 
-/// A file that approving would copy over a golden, with the contents of both as the check saw them. In
+/// A file that approval would copy over a golden, with the hashes of both during the check. In
 /// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
 struct ApprovalCandidate {
   std::filesystem::path from;
@@ -92,36 +92,36 @@ struct CaseResult {
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
-  std::string player;              ///< a page that plays the run beside its golden one; empty: there is none
-  std::string cause;               ///< what the failure is put down to, in a few words; empty: not known
-  std::string refusal;             ///< why approve() will not take it; empty: it will
+  std::string player;              ///< page that plays the run beside the golden one; empty: none
+  std::string cause;               ///< cause of the failure in a few words; empty: unknown
+  std::string refusal;             ///< why approve() refuses the case; empty: it accepts
   std::filesystem::path files;     ///< the folder with its files
-  double seconds = 0;              ///< that checking it took
+  double seconds = 0;              ///< time of the check
   std::vector<ApprovalCandidate> candidates;
-  nlohmann::ordered_json sidecar;  ///< what approving writes, but for when and why it was approved
+  nlohmann::ordered_json sidecar;  ///< written by approval, which adds date and reason
 };
 
 struct CheckOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";
-  std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
+  std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are reported
 };
 
-/// Functions that are called as a check goes on: before cases as they begin, after them in the suite's order.
+/// Functions that a check calls: before each case as it begins, after the cases in the suite's order.
 struct CheckWatcher {
   std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
   std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
 };
 
 /// Checks the cases in processes of their own, one for every processor. A case that crashes or exceeds its
-/// limit of time is an error, and another process checks the next. Returns what results.json holds. Call it
-/// where nothing was drawn and no threads run: the process forks. Throws Error when the suite cannot be read,
-/// another check writes to the same folder, or there is no renderer.
+/// limit of time is an error, and another process checks the next. Returns the content of results.json. Call
+/// it before drawing and without other threads, since the process forks. Throws Error when the suite cannot
+/// be read, another check writes to the same folder, or there is no renderer.
 nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 std::filesystem::path results_file(const std::filesystem::path& output);
 
-/// Returns what a check wrote. Throws Error when there are no results, or they are damaged.
+/// Returns the results that a check wrote. Throws Error when there are no results, or they are damaged.
 nlohmann::ordered_json read_results(const std::filesystem::path& output);
 
 }  // namespace substep::golden

@@ -1,5 +1,5 @@
 #pragma once
-/// Compares a picture with the golden one: how much and where they differ, and in which bodies.
+/// Compares a picture with the golden one: size and place of differences, and the bodies in them.
 ///
 /// Rules in their order; the first that applies decides:
 ///
@@ -74,15 +74,15 @@ struct BodyBlame {
   std::string name;            ///< "sky", "ground and world" or the body's
   std::int64_t differing = 0;  ///< pixels
   std::int64_t levels = 0;     ///< their differences in the channel that differs most, summed
-  std::int64_t pixels = 0;     ///< where it is seen, in either picture
-  bool is_gone = false;        ///< it was in the golden picture and is not drawn any more
+  std::int64_t pixels = 0;     ///< pixels that show it, in either picture
+  bool is_gone = false;        ///< whether only the golden picture has it
 };
 
 struct Blame {
   std::int64_t foreground = 0;            ///< pixels that show a body other than the world, in either picture
   std::int64_t differing_foreground = 0;  ///< those of them that differ
   std::vector<BodyBlame> bodies;          ///< those with differing pixels, most levels first
-  bool is_everywhere = false;  ///< most of what is seen differs: light, camera or sky, not one body
+  bool is_everywhere = false;  ///< whether most pixels differ: by light, camera or sky, not by one body
 };
 
 /// Attributes each differing pixel to the body that the expected picture shows there or, where that is sky or

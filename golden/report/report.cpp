@@ -155,8 +155,7 @@ std::string groups(const Json& results) {
   return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
 
-/// A picture for each origin of failures, of its simplest case: the first thing that is seen, however many
-/// cases follow.
+/// Returns a picture of the simplest case of each origin of failures, to be seen before the many cases.
 std::string first_pictures(const Json& results, ReportPictures& pictures) {
   constexpr std::size_t most = 6;
   std::string figures;
@@ -236,7 +235,7 @@ void write_report(const Json& results, const fs::path& output) {
   replace(page, "{{title}}", "substep check: " + render::escaped(results.at("totals").get<std::string>()));
   replace(page, "{{style}}", report_style());
   replace(page, "{{script}}", report_script());
-  // Words come first; pictures have the room that is left.
+  // Give pictures the room that text leaves.
   const std::size_t words = page.size() + body(results, output, 0).size();
   replace(page, "{{body}}", body(results, output, largest_report - std::min(largest_report, words)));
   write_file(report_file(output), page);

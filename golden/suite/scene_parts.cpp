@@ -47,7 +47,7 @@ void add_shape(Digest& digest, const Collider& collider) {
 
 void add_contact(Digest& digest, const Collider& collider) {
   const ContactMaterial& m = collider.material;
-  // Approved goldens have an unstated mode as average.
+  // Digests of approved goldens treat a missing mode as average.
   const auto stated = [](Combine mode) { return mode == Combine::unstated ? Combine::average : mode; };
   digest.add(m.static_friction, m.dynamic_friction, m.restitution, stated(m.friction_combine),
              stated(m.restitution_combine));
@@ -133,7 +133,7 @@ std::string light_and_camera(const Scene& scene) {
   return text_of(camera) + text_of(light);
 }
 
-/// A kind of part: its key in the sidecar, how it is called, and whether motion or pictures depend on it.
+/// A kind of part: its key in the sidecar, its name, and whether motion or pictures depend on it.
 struct Kind {
   const char* key;
   const char* text;

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Writes an item a line, but a list of numbers in one line, since a sidecar has some for every body.
+/// Writes one item a line, but a list of numbers in one line, since a sidecar has such lists for every body.
 void write_json(const Json& json, std::size_t depth, std::string& text) {
   const auto is_plain = [](const Json& item) { return !item.is_structured(); };
   if (is_plain(json) || json.empty() || (json.is_array() && std::ranges::all_of(json, is_plain))) {

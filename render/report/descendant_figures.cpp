@@ -76,7 +76,7 @@ double cost_of(const SweepRecord& record, Cost cost) {
   return record.times ? 1000 * record.times->median / record.duration : NAN;
 }
 
-/// Returns whether a sweep ran algorithms or options that are not the report's.
+/// Returns whether a sweep ran algorithms or options that Nohra's report lacks.
 bool has_descendants(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) {
     return !is_of_report(record.settings.algorithm) || record.settings.warm_start > 0;
@@ -139,7 +139,7 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost) {
     std::vector<Series> lines;
     const std::vector<Contender> all = contenders();
     for (const Contender& contender : all) {
-      if (contender.settings.contact_hertz == stiffer_hertz) continue;  // seven lines are enough
+      if (contender.settings.contact_hertz == stiffer_hertz) continue;  // omit: a panel shows seven lines
       Series series{contender.title, contender.style};
       for (const SweepRecord& record : records) {
         if (find_contender(all, record.settings) != &contender) continue;

@@ -55,7 +55,7 @@ std::vector<ReportFigure> all_figures() {
       {"soft-rows", "τ and κ beside frequency and damping ratio", true, false, soft_rows_sheet}};
 }
 
-/// Returns three digits of any finite number, "least to most" of several.
+/// Returns the finite numbers with three digits: "value", or "least to most" of several.
 std::string range_text(const std::vector<double>& values) {
   if (values.empty()) return "–";
   const auto [least, most] = std::ranges::minmax(values);

@@ -1,6 +1,6 @@
 #pragma once
-/// A sheet of plots in the one style of all our figures: readable in print, in dark mode and with colour
-/// blindness (each series has a point shape of its own).
+/// A sheet of plots in the style of all figures: readable in print, in dark mode and with colour blindness,
+/// since each series has its own point shape.
 
 #include <array>
 #include <optional>
@@ -63,7 +63,7 @@ struct Panel {
   std::vector<Note> notes = {};
 };
 
-/// A series that a sheet could show and does not.
+/// A series that a sheet omits.
 struct LeftOut {
   std::string scene;
   std::string series;

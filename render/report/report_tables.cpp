@@ -1,4 +1,4 @@
-// Tables of what runs cost: choices, equal cost, other engines.
+// Tables of the cost of runs: choices, equal cost, other engines.
 
 #include "render/report/report_tables.h"
 

@@ -1,4 +1,4 @@
-// Figures of runs that are made for them: drift over time, cost against size, sweeps over friction problems,
+// Figures that simulate their own runs: drift over time, cost against size, sweeps over friction problems,
 // growth of coupled rows, approximations one by one.
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Alg
 Series history_of(const Scene& scene, Algorithm algorithm, double HistoryPoint::*value) {
   Series series{std::string(title_of(algorithm)), style_of(algorithm)};
   series.style.points = false;
-  series.style.dashed = algorithm == Algorithm::a5;  // A5 lies on A4 where their runs are equal
+  series.style.dashed = algorithm == Algorithm::a5;  // A4 shows under A5 where their runs are equal
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
   for (const HistoryPoint& point : history(scene, settings)) {

@@ -29,14 +29,14 @@ Scene seen_by(const FilmCamera& camera, const Scene& scene);
 /// Returns the mean of the bodies' positions at the start.
 Vector3 middle_of(const Scene& scene);
 
-/// Returns `view` moved with its body by `way`, or turned for `seconds` of film about the vertical through
-/// `middle`.
+/// Returns `view` moved by `way`, m, with its body, or turned for `seconds` of film about the vertical
+/// through `middle`.
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
            const Vector3& middle);
 
-/// Returns the poses that the cameras of a comparison hold: those of all runs, each until a body is farther
-/// from the scene's middle than in the calmer half of the runs. A run that explodes does not push the others
-/// out of sight.
+/// Returns the poses that the cameras of a comparison must hold: those of each run until a body is farther
+/// from the scene's middle than in the calmer half of the runs. So a run that explodes does not make the
+/// others small.
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison);
 
 }  // namespace substep::render

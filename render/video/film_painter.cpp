@@ -29,8 +29,7 @@ std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_
   return poses;
 }
 
-/// Draws one panel's pictures, with a renderer that other panels share. A picture serves all frames in which
-/// nothing moves.
+/// Draws one panel's pictures, with a renderer that panels share. Repeats a picture while nothing moves.
 class PanelPainter {
  public:
   PanelPainter(const Film& film, std::size_t index, std::shared_ptr<Renderer> renderer)
@@ -132,7 +131,7 @@ Painter make_painter(const Film& film, const Composition& composition, int every
   };
 }
 
-/// Frames that several threads paint and one takes in order.
+/// A queue of frames that several threads paint and one takes in order.
 class FrameQueue {
  public:
   FrameQueue(int count, int ahead) : count_(count), ahead_(ahead) {}
@@ -147,7 +146,7 @@ class FrameQueue {
     }
   }
 
-  /// Waits for frame k. Throws what a painter threw.
+  /// Waits for frame k and returns it. Rethrows a painter's exception.
   Image take(int k) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failure_ || ready_.contains(k); });
@@ -165,7 +164,8 @@ class FrameQueue {
   }
 
  private:
-  /// Waits until the next frame is at most `ahead_` after the one taken last; `count_`: no frame is left.
+  /// Waits until the next frame is at most `ahead_` after the last one taken, and returns its number;
+  /// `count_` at the end.
   int claim() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failure_ || next_ >= count_ || next_ < taken_ + ahead_; });

@@ -1,5 +1,5 @@
 #pragma once
-/// The choice of what a panel of a film shows.
+/// The choice of a film's panels.
 
 #include <filesystem>
 #include <string>
@@ -15,10 +15,10 @@ struct PanelChoice {
 
   Kind kind = Kind::algorithm;
   Settings settings;          ///< of an algorithm; of an engine the step and the iterations
-  std::string engine;         ///< its name in engines(); empty: a command
+  std::string engine;         ///< name in engines(); empty: a command
   Command command;            ///< of an engine without a name, see engines.h
   std::filesystem::path log;  ///< a finished run: a pose log or table
-  std::string author;         ///< the program that made a log, where it is another
+  std::string author;         ///< name of another program that wrote the log; else empty
   std::string title;          ///< typed; empty: the settings that differ from other panels
   int shade = 0;              ///< of its colour: the number of earlier panels with the same colour
 };

@@ -22,8 +22,8 @@ std::string words_of(const Comparison& comparison, Strip strip);
 /// Returns a run's values in a strip, by film frame.
 const std::vector<double>& series_of(const Run& run, Strip strip);
 
-/// The pattern of a curve of several: lengths that are drawn and left out, pixels at 720 lines. Later curves
-/// leave out more, so that the ones below show.
+/// The dashes of one of several curves: drawn and omitted lengths, pixels at 720 lines. Later curves omit
+/// more, so that the curves below show.
 struct Dash {
   double drawn;
   double left_out;

@@ -8,7 +8,7 @@
 namespace substep::scenes {
 namespace {
 
-/// The zero of a function that changes its sign once between `low` and `high`.
+/// Returns the zero of a function that changes its sign once between `low` and `high`.
 template <typename Function>
 double zero_of(const Function& function, double low, double high) {
   const bool is_rising = function(low) < 0;
@@ -19,7 +19,7 @@ double zero_of(const Function& function, double low, double high) {
   return (low + high) / 2;
 }
 
-/// The first time after `start` that the function has changed its sign; `duration` where it does not.
+/// Returns the first time after `start` at which the function changes its sign; `duration` if it does not.
 template <typename Function>
 double next_zero(const Function& function, double start, double duration) {
   constexpr double stride = 1e-4;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// Slats of a belt along X in two colours.
+/// Returns slats of a belt along X in two colours.
 Look slats(int count, const Vector3& size, double rounding, int segments) {
   std::array<Mesh, 2> meshes;
   for (int i = 0; i < count; ++i)
@@ -17,7 +17,7 @@ Look slats(int count, const Vector3& size, double rounding, int segments) {
   return {{meshes[0], finish::basalt}, {meshes[1], finish::granite}};
 }
 
-/// Lines across X to measure ways by, 0.2 m apart.
+/// Returns lines across X, 0.2 m apart, which show distances.
 Mesh measuring_lines(int reach, double top, double width) {
   Mesh lines;
   for (int i = -reach; i <= reach; ++i)
@@ -37,7 +37,7 @@ GltfBuilder sliding_ball() {
   const int grip = gltf.physics_material(friction);
   const int shape = gltf.sphere_shape(radius);
   const int round = gltf.geometry(ball(radius, 48));
-  // A belt and two caps, so that the turning can be seen.
+  // Draw a belt and two caps, which show the ball's rotation.
   const int band = gltf.geometry(
       Mesh().add(rod(0.05, radius + 0.0015, 0.008, 48)).add(rod(2 * radius + 0.005, 0.06, 0.006, 32)));
   struct Ball {
@@ -96,7 +96,7 @@ GltfBuilder balls_on_tray() {
                 {{rounded(box(tray_size), 0.02), finish::oak},
                  {measuring_lines(6, tray_size.y() / 2, 1.44), finish::walnut},
                  {bar, finish::iron}});
-  // A motor that never comes near its speed pushes with all its force, 150 N.
+  // A motor far below its target speed pushes with all its force, 150 N.
   const int push = gltf.joint_description(
       {}, {{.kind = linear, .axis = 0, .velocity = 1000, .damping = 1e6, .max_force = 150}});
   const int hand = gltf.node("hand", at(0, tray_size.y() / 2, 0));

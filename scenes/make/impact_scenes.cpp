@@ -78,7 +78,7 @@ struct Cradles : GltfBuilder {
   static constexpr double angle = 0.6;
   static constexpr double spread = 0.28;  // of the wires, along Z
 
-  /// Two stiff wires and the eye on the ball.
+  /// Returns two stiff wires and the eye on the ball.
   static Mesh wires() {
     Mesh mesh;
     for (const int side : {-1, 1}) {
@@ -168,7 +168,7 @@ GltfBuilder dominoes() {
     looks[i] = gltf.mesh(numbered("tile", i + 1),
                          {{tile, finishes[i]}, {pip, i == 2 ? finish::walnut : finish::ivory}});
   for (int i = 0; i < 24; ++i) {
-    // X along the ring, in the sense in which they fall; the first one is tipped about its leading edge.
+    // Point X along the ring, in the direction of fall; tip the first domino about its leading edge.
     Motion motion{.mass = 1};
     if (i == 0) motion.linear_velocity = {size.y(), size.x(), 0};
     if (i == 0) motion.angular_velocity = {0, 0, -2};

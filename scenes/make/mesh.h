@@ -28,7 +28,7 @@ struct Polyhedron {
   std::vector<std::vector<int>> faces;
 };
 
-/// A box with full extents `size`, centred at the origin.
+/// Returns a box with full extents `size`, centred at the origin.
 Polyhedron box(const Vector3& size);
 
 /// A point of an outline in a plane.
@@ -42,15 +42,15 @@ inline PlanePoint point(double u, double v) {
   return {u, v};
 }
 
-/// A prism along +Y, from −height/2 to height/2. The outline's u and v are x and −z, so that an outline which
-/// is counter-clockwise on paper is so seen from above. The top is the outline times `top_scale`.
+/// Returns a prism along +Y, from −height/2 to height/2. The outline's u and v are x and −z:
+/// counter-clockwise on paper is counter-clockwise seen from above. The top is the outline times `top_scale`.
 Polyhedron prism(const Outline& outline, double height, double top_scale = 1);
 
-/// The solid with each edge and corner rounded by a ball of `radius` rolled along it, in `segments` steps.
-/// Faces stay where they are. `radius` must leave something of each face.
+/// Returns the solid with each edge and corner rounded by a rolling ball of `radius`, in `segments` steps.
+/// Faces keep their planes. `radius` must leave a part of each face.
 Mesh rounded(const Polyhedron& solid, double radius, int segments = 3);
 
-/// The solid as it is: flat faces, sharp edges.
+/// Returns the solid's mesh with flat faces and sharp edges.
 Mesh faceted(const Polyhedron& solid);
 
 /// A corner of the outline of a turned solid, at a distance from the axis and a height. Where `fillet` is not
@@ -66,30 +66,30 @@ inline ProfilePoint corner(double radius, double y, double fillet = 0) {
   return {radius, y, fillet};
 }
 
-/// The solid of revolution about +Y of a profile given from the bottom up, with the solid on its left-hand
-/// side when radius is drawn to the right. `closed`: the last point joins the first (a ring), else both lie
+/// Returns the solid of revolution about +Y of a profile from the bottom up, with the solid on the profile's
+/// left when radius is drawn to the right. `closed`: the last point joins the first (a ring), else both are
 /// on the axis.
 Mesh turned(const Profile& profile, int sides, bool closed = false);
 
-/// A ball about the origin.
+/// Returns a ball about the origin.
 Mesh ball(double radius, int sides = 32);
 
-/// A cylinder along +Y, centred at the origin, its rims rounded by `fillet`.
+/// Returns a cylinder along +Y, centred at the origin, its rims rounded by `fillet`.
 Mesh rod(double length, double radius, double fillet, int sides = 24);
 
-/// A ring of a rectangular section, its edges rounded by `fillet`.
+/// Returns a ring of a rectangular section, its edges rounded by `fillet`.
 Mesh ring(double inner, double outer, double half_height, double fillet, int sides);
 
-/// The convex hull of points, with flat faces.
+/// Returns the convex hull of points, with flat faces.
 Mesh hull(std::span<const Vector3> points);
 
-/// Numbers that look random and are the same on every machine: in [0, 1), one for each `index`.
+/// Returns a pseudo-random number in [0, 1) for each `index`, the same on every machine.
 double noise(std::uint64_t index);
 
-/// Rotation of `angle` about an axis through the origin.
+/// Returns the rotation by `angle` about an axis through the origin.
 Pose turn(const Vector3& axis, double angle);
 
-/// Placement at a point, not turned.
+/// Return the pose at a point, without rotation.
 Pose at(double x, double y, double z);
 Pose at(const Vector3& point);
 

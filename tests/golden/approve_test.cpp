@@ -78,7 +78,7 @@ TEST_F(ApproveTest, ComparesPicturesByPixels) {
   suite_.approve_failed();
   EXPECT_EQ(render::read_png(suite_.image(20)).rgb, shown.rgb);
   EXPECT_EQ(read_text(suite_.image(20)), render::to_small_png(shown));
-  // The same pixels in other bytes are the same golden.
+  // Equal pixels in other bytes are an equal golden.
   render::write_png(shown, suite_.image(20));
   const auto before = goldens();
   EXPECT_TRUE(suite_.approve_failed().written.empty());

@@ -1,8 +1,7 @@
-/// Faults in the simulation, in the renderer and in loading, and whether each is put down to the right one,
-/// to the right body and to the right frame. What a fault gives is made the golden, so that the shipped
-/// program is what differs from it and needs no switch to be faulty. And a set that must fail whatever the
-/// renderer: beyond every tolerance, not only unequal.
-/// One file, since all faults share a case that is made, broken and judged.
+/// Tests that faults in simulation, renderer and loading are attributed to the right one, body and frame. A
+/// faulty run becomes the golden, so that the shipped program differs from it and needs no switch for faults.
+/// Another set must fail on every renderer: beyond every tolerance, not only unequal. One file, since all
+/// faults share a case that is made, broken and judged.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -30,8 +29,8 @@ Body& body(Scene& scene, const std::string& name) {
   return scene.bodies[static_cast<std::size_t>(body_named(scene, name))];
 }
 
-/// A case whose golden run is made by a faulty simulation, and where that run truly comes apart from the
-/// right one: found by comparing all states, without any of what is tested.
+/// A case whose golden run is made by a faulty simulation, with the true divergence from the right run: found
+/// by comparing all states, without the code under test.
 class SimulationFault {
  public:
   explicit SimulationFault(const std::string& scene_name) : suite_(scene_name, last_frame) {
@@ -95,8 +94,8 @@ class SimulationFault {
   std::vector<std::string> true_bodies;
 
  private:
-  /// The body that is named is the one that is farthest off, of those that changed first, and by what is
-  /// said: rounded poses are within one step of their rounding on either side.
+  /// Expects the named body to be the farthest off of those that changed first, and by the reported distance,
+  /// within the rounding of both poses.
   void expect_true_size(const FirstChange& first, const Scene& scene) const {
     ASSERT_GE(first.size_frame, true_frame);
     if (first.axis == 'r' || first.axis == ' ') return;
@@ -137,7 +136,7 @@ Procedure with_settings(void (*change)(Settings&)) {
   };
 }
 
-/// The frames in which a fault may show first, and what is known of its first difference beforehand.
+/// The frames in which a fault may show first, and the expected body and axis of its first difference.
 struct Expected {
   int earliest;
   int latest;
@@ -146,8 +145,7 @@ struct Expected {
   Verdict verdict = Verdict::simulation_changed;
 };
 
-/// A fault of the model or, where there is one, of the procedure. SimulationFault finds frame and bodies
-/// without what is tested.
+/// A fault of the procedure or, without one, of the model.
 struct Fault {
   const char* name;
   const char* scene;
@@ -211,7 +209,7 @@ std::vector<Fault> faults() {
             altered([](int step, const State& before, CoordinateVector& q, VelocityVector&) {
               if (step >= 4) q[3] = before.q[3];
             }));
-  // Less than the rounding of the track's poses, in one of two bodies that change.
+  // Move one of two bodies by less than the rounding of the track's poses.
   procedure("DisplacementBelowRounding", "box_stack", {3, 3, "box_10"},
             altered([](int step, const State&, CoordinateVector& q, VelocityVector&) {
               if (step == 3) q[10].linear.y() += 2.8e-6;
@@ -251,7 +249,7 @@ void write_sidecar(const SmallSuite& suite, const Scene& scene) {
                                                         track_hash, scene, pictures, MadeWith())));
 }
 
-/// A case whose goldens are all made by a faulty loader, which noted what it loaded.
+/// Checks a case whose goldens are all made by a faulty loader, with digests of the loaded scene.
 CheckResult check_with_loader(const std::string& scene_name, const std::function<void(Scene&)>& fault) {
   SmallSuite suite(scene_name, last_frame);
   suite.make_goldens();
@@ -282,7 +280,7 @@ TEST(LoadingFault, MassOfABody) {
   EXPECT_EQ(result.cause, "mass or inertia of box_3");
 }
 
-/// Everything of a body given in another frame, as where its own is not taken from the file.
+/// Expresses all parts of a body in another frame, as a loader that ignores the body's own frame.
 void replace_frame(Scene& scene, const std::string& name, const Pose& change) {
   const int index = body_named(scene, name);
   Body& of = body(scene, name);
@@ -352,8 +350,7 @@ class RendererFault {
     return result.pairs.at(0);
   }
 
-  /// The fault is in one body: more of the difference is its own than all others' (whose shadows change a
-  /// little, for what casts them changed).
+  /// Expects most of the difference in one body; the shadows of others may change a little.
   PicturePair expect_blame(const std::string& name, const std::function<void(Scene&, int)>& fault) {
     const PicturePair pair = check_with([&](Scene& scene) { fault(scene, body_named(scene, name)); });
     EXPECT_FALSE(pair.comparison.blame.value().is_everywhere);
@@ -372,7 +369,7 @@ class RendererFault {
   SmallSuite suite_;
 };
 
-/// A mesh of the body's own, for the others may share it.
+/// Gives the body its own copy of its mesh, which others may share, and returns it.
 Mesh& own_mesh(Scene& scene, int body) {
   for (Visual& visual : scene.visuals) {
     if (visual.body != body) continue;
@@ -383,7 +380,7 @@ Mesh& own_mesh(Scene& scene, int body) {
   throw std::runtime_error("the body has no mesh");
 }
 
-/// The surface of the body, which becomes its own.
+/// Gives the body its own copy of its surface and returns it.
 Surface& own_surface(Scene& scene, int body) {
   Mesh& mesh = own_mesh(scene, body);
   scene.surfaces.push_back(scene.surfaces[static_cast<std::size_t>(std::max(mesh.surface, 0))]);
@@ -397,7 +394,7 @@ void remove_from_picture(Scene& scene, const std::string& name) {
   std::erase_if(scene.colliders, [&](const Collider& collider) { return collider.body == body; });
 }
 
-/// Expects a failure whatever the renderer: a difference that is visible and beyond the tolerance.
+/// Expects a failure on any renderer: a difference that is visible and beyond the tolerance.
 void expect_beyond_tolerance(const PicturePair& pair) {
   EXPECT_FALSE(passes(pair.comparison.image.judgement)) << name(pair.comparison.image.judgement);
   EXPECT_EQ(visibility(*pair.comparison.flip), "visible");
@@ -459,8 +456,8 @@ TEST(RendererFault, BlamesNoBodyForGammaShadowsOrEdges) {
   EXPECT_FALSE(is_everywhere([](render::RenderSettings& settings) { settings.antialiasing = false; }));
 }
 
-TEST(RendererFault, ABodyThatIsGoneIsCalledGone) {
-  // The golden picture has it, and what is drawn now has not: as the sidecar of the whole scene notes.
+TEST(RendererFault, ReportsMissingBody) {
+  // Only the golden picture has the body, which the sidecar of the whole scene lists.
   SmallSuite suite("bouncing_balls", last_frame);
   suite.make_goldens();
   Scene scene = load_scene(suite.scene());
@@ -488,7 +485,7 @@ TEST(MustFail, MovedBodyHueAndBlackGolden) {
     poses[static_cast<std::size_t>(body_named(scene, "ball_2"))].linear.x() += 0.1;
   };
   expect_beyond_tolerance(fault.check_with([](Scene&) {}, shift));
-  // The same mesh in a colour of about the same luminance: grey pictures would hardly differ.
+  // Take a colour of about equal luminance: grey pictures would hardly differ.
   expect_beyond_tolerance(fault.check_with([](Scene& scene) {
     Surface& other = own_surface(scene, body_named(scene, "ball_2"));
     std::swap(other.base_color[0], other.base_color[1]);
@@ -496,7 +493,7 @@ TEST(MustFail, MovedBodyHueAndBlackGolden) {
   expect_beyond_tolerance(fault.check_picture(render::Image(160, 90)));
 }
 
-/// A scene that is drawn black: metal that reflects nothing, seen from so near that nothing else is.
+/// A scene that is drawn black: metal that reflects nothing fills the picture.
 class BlackFrame : public testing::Test {
  protected:
   BlackFrame() {

@@ -19,7 +19,7 @@ class ReportTest : public testing::Test {
  protected:
   ReportTest() : suite_("bouncing_balls", 40) { suite_.make_goldens(); }
 
-  /// Both changed: another light, and one ball bounces otherwise.
+  /// Changes both the light and the restitution of one ball.
   void break_both() {
     suite_.change_light();
     replace_in(suite_.scene(), "\"restitution\":0.5", "\"restitution\":0.4");

@@ -21,7 +21,7 @@ class SuiteTest : public testing::Test {
     return read_suite(folder_.path() / "suite.toml");
   }
 
-  /// Returns the message, with the place but without the folder.
+  /// Returns the message, with file and line but without the folder.
   std::string message(const std::string& text) {
     const std::string what = test::message_of([&] { read(text); });
     const std::string prefix = (folder_.path() / "").string();

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class CommandLine : public Program {
  protected:
-  /// The scene's text with the first `from` after `after` replaced.
+  /// Returns the scene's text with the first `from` after `after` replaced.
   static std::string changed(std::string text, const std::string& after, const std::string& from,
                              const std::string& to) {
     const std::size_t start = text.find(after);
@@ -26,7 +26,7 @@ class CommandLine : public Program {
   }
 };
 
-/// The names under "Subcommands:", in the order of the help.
+/// Returns the names under "Subcommands:", in the order of the help.
 std::vector<std::string> commands_in(const std::string& help) {
   std::vector<std::string> commands;
   std::istringstream lines(help.substr(std::min(help.size(), help.find("Subcommands:\n"))));
@@ -53,7 +53,7 @@ TEST_F(CommandLine, HelpHasExampleOfEachCommand) {
   }
 }
 
-/// Command lines on a scene c.gltf, and what their refusals name.
+/// Command lines on a scene c.gltf, and words of their refusals.
 const std::vector<std::pair<const char*, const char*>> refusals{
     {"", "a command is needed"},
     {"walk", "walk"},
@@ -122,7 +122,7 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"video c.gltf --loop loop.webp", "must be a .gif"},
     {"video c.gltf --poster missing/a.png", "there is no folder missing"}};
 
-TEST_F(CommandLine, RefusesWhatItCannotUnderstand) {
+TEST_F(CommandLine, RefusesBadOptions) {
   std::filesystem::copy_file(scene("rod_chain.gltf"), folder() / "c.gltf");
   for (const auto& [words, part] : refusals) refuses(words, part);
 }

@@ -58,7 +58,7 @@ TEST_F(InfoCommand, GivesTheSameAsJson) {
   EXPECT_THAT(scene.at("warnings")[0].get<std::string>(), HasSubstr("collides as its convex hull"));
 }
 
-/// The whole scene of the page on the format.
+/// Returns the complete scene of the page on the format.
 std::string scene_of_page() {
   const std::string page = content_of(std::string(test::source_folder) + "/scenes/format.md").value();
   const std::size_t begin = page.find("```json\n", page.find("<!-- scene -->")) + 8;
@@ -79,7 +79,7 @@ TEST_F(InfoCommand, ScenesFormatPageBeginsWithASceneThatRuns) {
   printed("video arm.gltf --panel a5 --end 0.1 --size 320x180");
 }
 
-TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
+TEST_F(InfoCommand, WarnsOfLikelyMistakes) {
   const auto note_on = [&](const std::string& from, const std::string& to) {
     std::string text = scene_of_page();
     text.replace(text.find(from), from.size(), to);
@@ -104,7 +104,7 @@ TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
   refuses("run $S/pendulum.gltf --step 60", "--step 60: is a step of 60 s");
 }
 
-TEST_F(InfoCommand, WhatCannotBeUsedIsRefused) {
+TEST_F(InfoCommand, RefusesUnusableFiles) {
   refuses("info", "scene");
   refuses("info missing.gltf", "missing.gltf: there is no such file");
   refuses("info $S/rod_chain.gltf --copies 3", "rod_chain.gltf: is a scene");

@@ -45,11 +45,11 @@ TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
   const Outcome outcome = expect(
       "measure $S/heavy_chain.gltf --duration 1 --set tau=1 --substeps 8 --equal-rows --brief --markdown", 0,
       {"A2  m=1  h=1/60 | 15840 |", "A2  m=1  h=1/480 | 15840 |", "A3  n=8 m=1 stable  h=1/60 | 15840 |"});
-  // A1 and A2 take the step in eight parts, which is when A1 holds the chain.
+  // A1 and A2 take the step in eight parts, with which A1 holds the chain.
   EXPECT_THAT(outcome.out, testing::ContainsRegex("A1  h=1/60 . 158[0-9][0-9] .[^\n]* yes"));
 }
 
-TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
+TEST_F(MeasureCommand, RefusesBadOptions) {
   refuses("measure $S/pendulum.gltf --brief --all", "give one of them");
   refuses("measure $S/pendulum.gltf --step 0.01", "must be a whole part or multiple");
   refuses("measure $S/pendulum.gltf --set joints=loose", "give rows, plain or stable");
@@ -77,12 +77,12 @@ TEST_F(ReferenceCommand, WritesThePosesWithTheirUncertainty) {
   EXPECT_LT(std::stod(period[15]), 1e-11);
   double before = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    EXPECT_GE(std::stod(lines[i][15]), before);  // until then: it does not fall
+    EXPECT_GE(std::stod(lines[i][15]), before);  // until then: not decreasing
     before = std::stod(lines[i][15]);
   }
 }
 
-TEST_F(ReferenceCommand, EndsWhereNothingIsKnownAnyMore) {
+TEST_F(ReferenceCommand, EndsAtHorizon) {
   expect("measure $S/bouncing_balls.gltf --reference a.csv --duration 1", 0,
          {"bouncing_balls: A1 of order ", "nothing is known, and written, of the 0.55 s after that\n"});
   EXPECT_NEAR(std::stod(table("a.csv").back()[0]), 0.45, 1e-9);  // the balls fall for 0.4515 s
@@ -102,10 +102,10 @@ TEST_F(ReferenceCommand, NeverOverwritesItsScene) {
   EXPECT_EQ(content("scene.obj"), before);
 }
 
-/// A cache of its own, in folder().
+/// Tests a separate cache, in folder().
 class CachedReferences : public Program {
  protected:
-  /// Runs the program with the cache, and returns what it printed.
+  /// Runs the program with the cache, and returns its output.
   std::string run_cached(const std::string& arguments) const {
     const Outcome outcome =
         run_command(fmt::format("cd {} && XDG_CACHE_HOME=\"$PWD/cache\" {} {}", quoted(folder().string()),
@@ -113,7 +113,7 @@ class CachedReferences : public Program {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return outcome.out;
   }
-  /// Returns the kept files' names with their numbers on the disk: a file that is written anew has another.
+  /// Returns the kept files' names with their inode numbers, which change when a file is rewritten.
   std::map<std::string, ino_t> kept() const {
     std::map<std::string, ino_t> result;
     for (const std::string& file : files()) {

@@ -1,4 +1,4 @@
-// Runs that other programs made, in every command that takes a run.
+// Tests every command that takes a run with runs of other programs.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST_F(PoseTableCommands, TableIsMeasuredAndFilmed) {
 }
 
 TEST_F(PoseTableCommands, RefusalsAndCommandsArePanels) {
-  // A simulator in which nothing moves, and one that cannot do the scene.
+  // Write a simulator in which nothing moves, and one that refuses the scene.
   write("still.py", R"(import csv, json, sys
 scene = json.load(open(sys.argv[1]))
 table = csv.writer(open(sys.argv[2], "w"))

@@ -24,10 +24,10 @@ class Program : public testing::Test {
   Outcome run(const std::vector<std::string>& arguments, const std::string& path = system_path()) const;
   /// Runs `substep` with the words of a shell's command line; $S is the folder of the repository's scenes.
   Outcome shell(const std::string& words, const std::string& path = system_path()) const;
-  /// Runs likewise, and expects an exit code and texts on both streams.
+  /// Runs `substep` like shell(), and expects an exit code and texts on both streams.
   Outcome expect(const std::string& words, int exit_code, const std::vector<std::string>& out,
                  const std::vector<std::string>& err = {}) const;
-  /// Runs likewise, expects exit code 0 and returns what is printed.
+  /// Runs `substep` like shell(), expects exit code 0 and returns its output.
   std::string printed(const std::string& words) const;
 
   /// Expects exit code 2, one line on stderr that holds `part`, nothing on stdout, and no new file.

@@ -1,4 +1,4 @@
-// The bits of a run do not depend on how its caller has set the processor, and the caller's setting stays.
+// Runs have equal bits in every floating-point mode of the caller, and restore the caller's mode.
 
 #include <fenv.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@
 namespace substep {
 namespace {
 
-/// The log of a scene with joints, contacts and friction.
+/// Returns the log of a scene with joints, contacts and friction.
 std::string log_of(const std::string& name, Algorithm algorithm) {
   const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
   Settings settings = default_settings(algorithm);

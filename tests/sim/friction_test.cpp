@@ -1,4 +1,4 @@
-// Blocks that slide, stop and stay, against closed forms.
+// Compares blocks that slide, stop and stay with closed forms.
 // One file, since its tests share blocks on slopes and planes.
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ constexpr double gravity = 9.81;
 constexpr double pi = std::numbers::pi;
 constexpr double slope_angle = pi / 9;
 
-/// The coefficient that a box takes on a fixed plank, both moving at the scene's start.
+/// Returns the friction coefficient of a box on a fixed plank, both moving at the scene's start.
 double coefficient(const Vector3& box_velocity, const Vector3& plank_velocity,
                    const Vector3& plank_spin = {0, 0, 0}, const Vector3& box_spin = {0, 0, 0}) {
   Scene scene = test::empty_scene();
@@ -56,7 +56,7 @@ TEST(Friction, SticksWithoutSlipAndSlidesWithIt) {
   EXPECT_EQ(coefficient({0, 0, 0}, east), 0.4);
   EXPECT_EQ(coefficient(east, east), 0.9);
   EXPECT_EQ(coefficient(north, east), 0.4);
-  // On a turntable, at its own place's speed ω × r and turning with it.
+  // Put the box on a turntable, at the speed ω × r of its position and turning with the table.
   const Vector3 spin(0, 1.5, 0);
   const Vector3 arm(2, 0.6, 1);
   EXPECT_EQ(coefficient(spin.cross(arm), {0, 0, 0}, spin, spin), 0.9);
@@ -80,7 +80,7 @@ Slope slope_of(double friction, double heading, double speed) {
   return slope;
 }
 
-/// The block's place along the slope, and the way that it has gone up and down.
+/// The block's position along the slope, and its path length up and down, m.
 struct Place {
   double place;
   double way;
@@ -99,10 +99,10 @@ Place closed_form(double friction, double speed, double time) {
   return {top - back, top + back};
 }
 
-/// The largest distances of the run from the closed form, as parts of the way until there.
+/// The largest distances of the run from the closed form, relative to the path length.
 struct SlopeErrors {
   double all = 0;     ///< at any time
-  double beyond = 0;  ///< on the way up, beyond a t hs/2: what steps of hs with v first and then q err by
+  double beyond = 0;  ///< uphill, beyond a t hs/2, the error of semi-implicit steps hs
   double aside = 0;   ///< off the line, m
 };
 
@@ -133,9 +133,8 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction, bool by_
   return errors;
 }
 
-// The errors are a t hs/2 and no more: a run of velocities first, then coordinates, errs by that, so that a
-// tenth of a percent takes thirteen sub-steps. κ < 1 leaves 1 − κ of what friction takes to the next
-// sub-step: a delay of a part of one at the start.
+// The errors are at most a t hs/2, that of semi-implicit steps, so that 0.1 % takes thirteen sub-steps. κ < 1
+// leaves 1 − κ of friction's impulse to the next sub-step: a delay of a fraction of a sub-step at the start.
 TEST(Friction, BlockSentUphillFollowsClosedForm) {
   struct Case {
     double rate;
@@ -197,7 +196,7 @@ void with_all_pushes(Use use) {
   }
 }
 
-/// The largest distances along and off the push, relative to the way `expected`.
+/// The largest errors along and across the push, relative to the distance `expected`.
 struct PushErrors {
   double along = 0;
   double aside = 0;
@@ -239,7 +238,7 @@ TEST(Friction, PushedTrayIsExactInA1) {
   EXPECT_LT(errors.aside, 1e-9);  // measured 1.9e-10
 }
 
-/// Largest displacement of any tray in the two seconds, m.
+/// Returns the largest displacement of any tray in two seconds, m.
 double largest_displacement(Algorithm algorithm, double push) {
   double largest = 0;
   with_all_pushes([&](double block, double heading, const Quaternion& slope) {
@@ -265,8 +264,8 @@ struct PlaneMotion {
   Vector3 rate = Vector3::Zero();   ///< of these, 1/s
 };
 
-/// Thrown with spin on a plane: friction at each of the points below it is opposite to the point's slip, and
-/// the pressure varies linearly between the points, so that the body does not tip.
+/// A body thrown with spin on a plane. Friction at each point of contact is opposite to the point's slip, and
+/// the pressure varies linearly between points, so that the body does not tip.
 class ThrownBody {
  public:
   /// `squared_gyration`: the moment of inertia about y by the mass, m². The points are about their centre.
@@ -278,7 +277,7 @@ class ThrownBody {
     }
   }
 
-  /// Returns the place at which the body comes to rest.
+  /// Returns the position at which the body comes to rest.
   Vector3 stop(PlaneMotion motion) const {
     constexpr double step = 1e-4;
     constexpr double slow = 1e-3;
@@ -370,7 +369,7 @@ Throw random_throw(bool is_disc, std::mt19937& random) {
   return result;
 }
 
-/// Distance of the place and angle of rest from the closed form, of the way and of the angle turned.
+/// Returns the error of the position and angle of rest, relative to the distance and the angle turned.
 double error_of(const Throw& thrown, const Settings& settings) {
   Simulation simulation(thrown.scene, settings);
   const State start = simulation.state();
@@ -397,7 +396,7 @@ double largest_error_of_throws(bool is_disc, const Settings& settings) {
   return worst;
 }
 
-TEST(Friction, ThrownBlocksAndDiscsSlideAndTurnByTheClosedForm) {
+TEST(Friction, ThrownBodiesFollowClosedForm) {
   for (const bool is_disc : {false, true}) {
     for (const Algorithm algorithm : test::all_algorithms) {
       Settings settings = default_settings(algorithm);
@@ -424,7 +423,8 @@ TEST(Friction, PatchHoldsTheTorqueOfItsPoints) {
   }
 }
 
-// A body that cannot turn is held and slides as a point does: its contacts are no patch, whose Γ is singular.
+// A body that cannot turn sticks and slides like a point: its contacts form no patch, whose Γ would be
+// singular.
 TEST(Friction, UnturnableBlockSlidesByTheClosedForm) {
   constexpr double mu = 0.3;
   constexpr double way = 1.5 * 1.5 / (2 * mu * gravity);

@@ -76,7 +76,7 @@ Mlcp any_problem(std::mt19937& random, int bodies, int rows, bool redundant) {
   return problem;
 }
 
-/// A row's velocity less its right side, w = Γλ + Sλ − b, and the scale of its impulses and velocities.
+/// A row's velocity minus its right side, w = Γλ + Sλ − b, and the scale of its impulses and velocities.
 struct RowState {
   double w = 0;
   double root = 0;  ///< √Γ_xx
@@ -133,7 +133,7 @@ double violation(const Mlcp& problem, const std::vector<double>& lambda) {
 
 class MlcpTest : public testing::Test {
  protected:
-  /// Solves the problem to finite impulses, and notes how far they violate the conditions.
+  /// Solves the problem, expects finite impulses, and records their violation of the conditions.
   MlcpReport solve(const Mlcp& problem) {
     const MlcpReport report = solver_.solve(problem, lambda_);
     for (const double value : lambda_) EXPECT_TRUE(std::isfinite(value));
@@ -201,7 +201,7 @@ TEST_F(MlcpTest, ReportsLeastSquares) {
   EXPECT_EQ(report.status, MlcpReport::Status::least_squares);
   EXPECT_EQ(report.contradicting, 2);
   EXPECT_NEAR(report.residual, 0.25, 1e-3);  // each is missed by 0.5, of 2
-  // The compromise: half-way between the two.
+  // The compromise is half-way between the two.
   const Vector6 y = lambda_[0] * row.part_a + lambda_[1] * row.part_a;
   EXPECT_NEAR(row.part_a.dot(y), 1.5, 1e-3);
 }
@@ -358,7 +358,7 @@ TEST_F(MlcpTest, KeepsTheSolutionWithAnyGuess) {
   EXPECT_LT(farthest, 1e-9);  // measured 1.1e-10
 }
 
-/// The same contacts with other tangents: each pair turned by an angle of its own.
+/// Returns the problem with each contact's pair of tangents turned by a random angle.
 Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     if (problem.rows[i].normal < 0) continue;

@@ -1,5 +1,5 @@
-// Bodies that move and miss each other, slide over seams or fly fast: against closed forms that share nothing
-// with the solver, at default settings, in scenes drawn from a seed. Prints a table.
+// Compares bodies that miss each other, slide over seams or fly fast with closed forms that share nothing
+// with the solver, at default settings, in random scenes. Prints a table.
 
 #include "tests/sim/moving_solids.h"
 
@@ -13,8 +13,8 @@ enum class Kind { moving_solid, still_solid, mesh, plane };
 
 /// Two solids that fly past one another, or one past a plane.
 struct FlyPast {
-  double clearance;  ///< of the two at the least, m
-  double speed;      ///< of one from the other, m/s
+  double clearance;  ///< least distance of the two, m
+  double speed;      ///< relative, m/s
   double meeting;    ///< s
   Solid one;
   Solid other;
@@ -31,7 +31,7 @@ struct FlyPast {
   }
   /// Returns true where they keep 0.8 of the clearance throughout, by conservative advancement.
   bool keeps_clearance() const {
-    // A bound of how fast the gap changes, m/s.
+    // A bound of the gap's rate of change, m/s.
     const double rate = (start_of_one.velocity - start_of_other.velocity).norm() +
                         start_of_one.spin.norm() * one.reach() + start_of_other.spin.norm() * other.reach();
     for (double time = 0; time < duration();) {
@@ -104,7 +104,7 @@ Trial draw_fly_past(Random& random) {
   const int n = random.one_of({0, 0, 1, 4, 30, 100});
   Scene scene = empty_scene();
   scene.gravity = random.flip() ? Vector3(0, -gravity, 0) : Vector3::Zero();
-  // Equal moments: a body of unequal ones changes its spin without any contact.
+  // Take equal moments: a body of unequal ones changes its spin without contact.
   const auto substance_of = [&](const Solid& solid) {
     substance.mass = random.spread(0.3, 3);
     substance.moments.setConstant(0.3 * substance.mass * solid.reach() * solid.reach());
@@ -139,7 +139,7 @@ Trial draw_fly_past(Random& random) {
       }};
 }
 
-/// A blade turns on the spot beside a post or a plane: its corners pass at a clearance.
+/// Draws a blade that turns on the spot beside a post or a plane, whose corners pass at a clearance.
 Trial draw_blade(Random& random) {
   const double length = random.between(0.3, 1.5);
   const double width = random.between(0.02, 0.1);
@@ -249,8 +249,8 @@ std::string add_blocks(Scene& scene, Random& random, const Substance& substance)
 
 enum class OverSeams { speed, height, side };
 
-/// Draws something that slides, without friction, or rolls over a floor of flush blocks by 2 m. The error is
-/// the largest change of the speed, relative to the start's, or the largest way up or aside, m.
+/// Draws a body that slides without friction, or rolls, over a floor of flush blocks by 2 m. The error is the
+/// largest change of the speed, relative to the start's, or the largest displacement up or aside, m.
 template <OverSeams measured>
 Trial draw_seams(Random& random) {
   Scene scene = empty_scene();
@@ -301,7 +301,8 @@ TEST(Seams, KeepCourse) {
 
 // Fast bodies
 
-/// A ball flies at a plane, a 1 cm wall or a post, or a thin rod at a post: 1 where it ends behind.
+/// Draws a ball that flies at a plane, a 1 cm wall or a post, or a thin rod at a post. The error is 1 where
+/// the body ends behind.
 Trial draw_fast(Random& random) {
   const int kind = random.below(4);
   const double most[] = {300, 300, 100, 60};
@@ -319,7 +320,7 @@ Trial draw_fast(Random& random) {
   const Quaternion across = rotation_quaternion({0, 0, pi / 2});
   add_body(scene, is_rod ? capsule(rod, radius) : ball(radius),
            {{-speed * meeting * along, turn * across}, speed * along}, substance);
-  // The face that is met; Y is towards the body.
+  // The pose of the struck face, with Y towards the body.
   const Pose face{radius * along, turn};
   const double post = 0.03;
   if (kind == 0) add_static_plane(scene, face, substance);
@@ -330,7 +331,7 @@ Trial draw_fast(Random& random) {
     const Quaternion up = rotation_quaternion({pi / 2, 0, 0});
     add_static(scene, cylinder(1, post, post), face * Pose{middle, up}, substance);
   }
-  // A rod that is hit off its middle goes on by 8 mm at most.
+  // A rod hit off its middle continues by 8 mm at most.
   const double farthest = is_rod ? radius + post : radius;
   constexpr std::array kinds{"ball at a plane", "ball at a slab", "ball at a 1 cm wall", "rod at a post"};
   return largest_of(fmt::format("{}, {:.1f} m/s, e {}, meeting at {:.4f} s", kinds[kind], speed, e, meeting),

@@ -1,4 +1,4 @@
-/// Scenes of the library against the closed forms and published values on their pages.
+/// Compares scenes of the library with the closed forms and published values on their pages.
 /// One file, a test for each page.
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ State run(const Scene& scene, const Settings& settings, double duration,
   return simulation.state();
 }
 
-/// Angle about +Y of a point, from +X towards −Z.
+/// Returns the angle about +Y of a point, from +X towards −Z.
 double azimuth(const Vector3& x) {
   return std::atan2(-x.z(), x.x());
 }
@@ -46,8 +46,8 @@ double azimuth(const Vector3& x) {
 TEST(Scenes, SlidingBallsRollAtClosedFormSpeed) {
   const Scene scene = scene_named("sliding_ball");
   for (const Algorithm algorithm : test::all_algorithms) {
-    // A3 moves a contact with the body that it is on, and a ball turns by 0.3 rad in a step: measured 0.109
-    // m/s. The others: 3e-14.
+    // A3 moves a contact with its body, and a ball turns by 0.3 rad in a step: measured 0.109 m/s. Other
+    // algorithms: 3e-14.
     const double limit = algorithm == Algorithm::a3 ? 0.12 : 1e-10;
     const State state = run(scene, settings_of(algorithm, 1.0 / 60), 1.2);
     for (const auto& [ball, speed] : {std::pair{"solid_ball", 25.0 / 7}, {"hollow_ball", 3.0}}) {
@@ -142,7 +142,7 @@ TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
       const int i = body_named(scene, "hinges_" + std::to_string(count));
       double last = 0;
       int turns = 0;
-      double period = 0;  // until it turns back for the second time
+      double period = 0;  // time of the second reversal, s
       const Settings settings = settings_of(algorithm, 1.0 / 240);
       run(scene, settings, 4, [&](double t, const State& state) {
         const double rate = state.v[i].angular.dot(axis);
@@ -268,7 +268,7 @@ class Rattleback {
     const Vector3 up_rate = up.cross(w);
     const double reach = std::sqrt(squares_.dot(up.cwiseAbs2()));
     const double reach_rate = squares_.dot(up.cwiseProduct(up_rate)) / reach;
-    // From the centre of mass to the point of contact, and how that moves in the body.
+    // Vector from the centre of mass to the point of contact, and its rate in the body's frame.
     const Vector3 arm = -squares_.cwiseProduct(up) / reach - centre_;
     const Vector3 arm_rate =
         -squares_.cwiseProduct(up_rate) / reach + squares_.cwiseProduct(up) * (reach_rate / (reach * reach));
