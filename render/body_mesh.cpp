@@ -20,7 +20,7 @@ std::array<float, 3> floats_of(const Vector3& v) {
 
 /// Returns the finish of bodies for which the scene has none.
 Surface default_surface(int body) {
-  // Linear; of like lightness, neighbours far apart in hue.
+  // Linear RGB of similar lightness; neighbours differ much in hue.
   static constexpr std::array<std::array<double, 3>, 8> palette{{{0.523, 0.117, 0.052},
                                                                  {0.047, 0.216, 0.402},
                                                                  {0.604, 0.342, 0.056},

@@ -21,14 +21,14 @@ struct View {
   glm::dvec3 forward{0, 0, -1};
   double tangent_x = 1;  ///< of half the horizontal field of view
   double tangent_y = 1;
-  /// Tangents from `forward` to the picture's middle: 0 but in a part of a picture.
+  /// Tangents from `forward` to the picture's middle: 0 except in a part of a picture.
   double shift_x = 0;
   double shift_y = 0;
 
   bool operator==(const View&) const = default;
 };
 
-/// Returns, of a picture of width × height pixels with this view, the part of part_width × part_height whose
+/// Returns the view of a part of a picture of width × height pixels: part_width × part_height pixels whose
 /// upper left corner is the picture's pixel (x, y).
 View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height);
 
@@ -36,7 +36,7 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 View view_from(const Camera& camera, double aspect);
 
 /// Returns a three-quarter view from slightly above that holds all moving parts at all the given frames'
-/// poses, and what of the world is near them, except scenery. Poses that are not finite or farther than any
+/// poses, and parts of the world near them, except scenery. Poses that are not finite or farther than any
 /// picture should show are left out.
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);

@@ -1,10 +1,9 @@
 #pragma once
-/// A context with all that does not depend on what is drawn: programs, samplers, the ground's disc, the
-/// shadow map.
+/// A context with everything that scenes share: programs, samplers, the ground's disc, the shadow map.
 ///
 /// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
 /// drawing a hundred small pictures. So renderers share devices, one for every two processors, and devices
-/// outlive them. What a frame needs of a device is set while its context is current.
+/// outlive them. Frames set their state of a device while its context is current.
 
 #include <glm/vec4.hpp>
 #include <map>

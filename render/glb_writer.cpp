@@ -139,7 +139,7 @@ int GlbWriter::add_material(const Surface& surface, const Scene& scene) {
   }
   material["pbrMetallicRoughness"] = std::move(finish);
   if (const double strength = std::ranges::max(surface.emission); strength > 0) {
-    // A factor is at most 1; what shines brighter has a strength beside it.
+    // A factor is at most 1; brighter emission has a strength beside it.
     const double over = std::max(strength, 1.0);
     for (const double level : surface.emission) material["emissiveFactor"].push_back(level / over);
     if (over > 1) {

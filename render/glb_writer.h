@@ -1,6 +1,5 @@
 #pragma once
-/// A binary glTF 2.0 file as it is put together: nodes, numbers, materials and images, and the JSON that
-/// names them.
+/// A writer of binary glTF 2.0: nodes, numbers, materials and images, and the JSON that names them.
 
 #include <cstdint>
 #include <map>

@@ -21,8 +21,8 @@ double lowest_point(const Part& part, const Coordinates& q) {
   return lowest;
 }
 
-/// A point of the world that bodies hang on, and how far from it each joint's anchor can get at most: along
-/// the bodies between them. Infinite where nothing holds it to the point.
+/// A point of the world that bodies hang on, and the largest distance from it that each joint's anchor can
+/// reach, along the bodies between them; infinite for joints that do not hang on the point.
 struct Hold {
   Vector3 point;
   std::vector<double> reach;  ///< of each of the scene's joints
@@ -60,21 +60,21 @@ Hold hold_of(const Scene& scene, std::size_t fixed) {
 /// Returns the lowest that a point can be which is at most `a` from `p` and at most `b` from `q`.
 double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
   const Vector3 between = q - p;
-  const double apart = between.norm();
+  const double distance = between.norm();
   const Vector3 below_p = p - a * Vector3::UnitY();
   const Vector3 below_q = q - b * Vector3::UnitY();
   if ((below_p - q).norm() <= b) return below_p.y();
   if ((below_q - p).norm() <= a) return below_q.y();
   // Take the lowest point of the circle in which the two balls' surfaces meet; where they do not, one on the
   // line between them.
-  const double along = std::clamp((a * a - b * b + apart * apart) / (2 * apart), 0.0, apart);
+  const double along = std::clamp((a * a - b * b + distance * distance) / (2 * distance), 0.0, distance);
   const double radius = std::sqrt(std::max(a * a - along * along, 0.0));
-  const double upright = between.y() / apart;
+  const double upright = between.y() / distance;
   return p.y() + along * upright - radius * std::sqrt(std::max(1 - upright * upright, 0.0));
 }
 
-/// Returns the lowest that the part's corners can get as its body hangs on the world; −∞ where nothing holds
-/// it.
+/// Returns the lowest height that the part's corners can reach as its body hangs on the world; −∞ without a
+/// joint.
 double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Vector3& corner : part.corners_at({})) {

@@ -37,7 +37,7 @@ void write_png(const Image& image, const std::filesystem::path& file);  ///< who
 /// Returns a PDF file's bytes: one page that is the image, `width` mm wide.
 std::string to_pdf(const Image& image, double width);
 
-/// Returns a PNG's pixels. Throws Error, which calls it `name`.
+/// Returns a PNG's pixels. Throws Error, which names it `name`.
 Image from_png(std::string_view bytes, const std::string& name);
 Image read_png(const std::filesystem::path& file);
 

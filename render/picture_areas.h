@@ -65,14 +65,14 @@ class MarkedCells {
     }
   }
 
-  /// Returns whether one is marked within the bounds of the points, or next to them; true where a point is
-  /// behind the map's eye.
+  /// Returns whether a cell within the bounds of the points, or next to them, is marked; true where a point
+  /// is behind the map's eye.
   bool has_any(std::span<const glm::dvec2> points) const;
 
  private:
   int size_;
   glm::dmat3 place_;
-  std::vector<int> below_;  ///< how many are marked to the left of and below each cell's corner
+  std::vector<int> below_;  ///< number of marked cells to the left of and below each cell's corner
 };
 
 /// Tiles of the picture in which the ground may lie in marked cells of the shadow's map, in those of the
@@ -84,7 +84,7 @@ struct GroundAreas {
 };
 
 /// Returns the areas of a picture. `corner`, `right`, `up`: the ray through the picture's pixel (x, y) is
-/// corner + x right + y up. `above`: the eye's place over the ground.
+/// corner + x right + y up. `above`: the eye's height over the ground.
 GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& corner,
                          const glm::dvec3& right, const glm::dvec3& up, int width, int height,
                          const MarkedCells& shadow, const MarkedCells& occlusion);

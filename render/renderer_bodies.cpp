@@ -197,7 +197,7 @@ void Renderer::Implementation::draw_surfaces(Poses poses) {
   moved = areas_of(moving, poses, clip_from_world, picture.width, picture.height);
 }
 
-/// Draws surfaces as seen; with `is_behind`, those alone that lie behind nearer_unit's depth.
+/// Draws surfaces; with `is_behind`, only those behind nearer_unit's depth.
 void Renderer::Implementation::draw_looks(Poses poses, Surface::Opacity opacity, bool is_behind,
                                           Bodies which) {
   const glm::vec4 eye = glm::dvec4(tile_view.eye, 2 * tile_view.tangent_y / surfaces.height);

@@ -51,13 +51,13 @@ void compare(Surface a, Surface b, float pixels, out float to_a, out float to_b)
   to_b = both.y;
 }
 
-/// The samples of one face, as bits, by their unlikeness to one.
+/// Returns the samples of one face, as bits, by their unlikeness to one sample.
 int alike(vec4 unlikeness) {
   ivec4 bits = ivec4(lessThan(unlikeness, vec4(1.0))) * ivec4(1, 2, 4, 8);
   return bits.x + bits.y + bits.z + bits.w;
 }
 
-/// The light from it to the eye, as the picture shows it, 0 to 1.
+/// Returns the light from a surface to the eye, as the picture shows it, 0 to 1.
 vec3 lighted(Surface surface) {
   vec3 base_color = surface.color.rgb;
   vec3 n = normalize(surface.normal.xyz);
@@ -101,7 +101,7 @@ vec3 lighted(Surface surface) {
 Surface seen[4];
 bool is_body[4];
 float away[4];   // along the ray
-vec4 unlike[4];  // how unlike each is to the others
+vec4 unlike[4];  // unlikeness of each to the others
 
 /// Reads the samples, and returns the metres between pixels at the first body's.
 float see_samples() {
@@ -193,7 +193,7 @@ void main() {
     int like = alike(unlike[3]);
     for (int i = 2; i >= 0; --i) like = begun == 1 << i ? alike(unlike[i]) : like;
     int taken = (left & like & (is_one ? of_first : ~of_first)) | begun;
-    // The mean of those taken; the first of them replaces what comes before it.
+    // Take the mean of the face's samples; the first one replaces seen[0].
     Surface mean = seen[0];
     float count = float(taken & 1);
     for (int i = 1; i < 4; ++i) {

@@ -122,7 +122,7 @@ void ShadowMap::start() {
 }
 
 void ShadowMap::finish() {
-  // The map is in main memory anyway, and here a pass over it is cheaper than shaders'.
+  // Reduce the map on the CPU: it is in main memory, and a pass by shaders takes longer.
   glReadPixels(0, 0, size, size, GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
   const std::vector<float> nearest = block_minima(depths_, size, size / blocks);
   // The widest penumbra takes samples up to two blocks away.

@@ -5,7 +5,7 @@
 namespace substep::render {
 namespace {
 
-/// Returns how many of a pixel's four samples, in a picture of twice its size, bodies cover that are not the
+/// Returns how many of a pixel's four samples, in a picture of twice the size, show bodies other than the
 /// world.
 int covered(const Image& bodies, int x, int y) {
   int count = 0;

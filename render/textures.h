@@ -1,5 +1,5 @@
 #pragma once
-/// The scene's images: on the device, and smaller for a page that holds them.
+/// The scene's images: uploaded to the device, or made smaller for a page that embeds them.
 
 #include <array>
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace substep::render {
 /// filters for large and for small texels.
 std::array<GLint, 4> sampling_of(const Texture& texture);
 
-/// A texture as it is bound, and how many texels a unit of its coordinates is wide.
+/// A texture to bind, and the number of texels in a unit of its coordinates.
 struct BoundTexture {
   GLuint texture = 0;
   GLuint sampler = 0;

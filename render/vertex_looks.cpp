@@ -35,7 +35,7 @@ Slopes slopes_of(const Vector3& a, const Vector3& b, const Vector3& c, const Pai
   return slopes;
 }
 
-/// Returns any unit vector square to a unit vector.
+/// Returns any unit vector perpendicular to a unit vector.
 Vector3 beside(const Vector3& normal) {
   const Vector3 other = std::abs(normal.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
   return (other - normal * normal.dot(other)).normalized();

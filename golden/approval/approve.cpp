@@ -35,7 +35,7 @@ fs::path inside(const fs::path& folder, const std::string& text) {
   return folder / path;
 }
 
-/// Returns the sidecar without what may differ between two equal sets of goldens.
+/// Returns the sidecar without fields that may differ between two equal sets of goldens.
 Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
@@ -100,7 +100,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   return files;
 }
 
-/// Returns what is to be written for all chosen cases. Refuses whatever can be refused, before anything is
+/// Returns what is to be written for all chosen cases. Throws Error before anything is
 /// written.
 std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
                                        const fs::path& suite, Approval& approval) {

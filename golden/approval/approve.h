@@ -1,5 +1,5 @@
 #pragma once
-/// Makes what the last check produced the new goldens.
+/// Makes the results of the last check the new goldens.
 ///
 /// Copies files and runs nothing again, so that a person approves what he looked at. Refuses, and writes
 /// nothing, where a file or a golden changed since the check, where another renderer than the pinned one

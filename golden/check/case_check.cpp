@@ -27,7 +27,7 @@ bool has_equal_track(const CaseContext& work) {
   return work.golden_track && to_bytes(*work.golden_track) == to_bytes(*work.live_track);
 }
 
-/// Returns the hash of the track's file as approving leaves it. Equal tracks may be deflated otherwise.
+/// Returns the hash of the track's file after approval. Equal tracks may be deflated differently.
 std::string approved_track_hash(const CaseContext& work) {
   return content_hash(has_equal_track(work) ? read_bytes(work.result.entry.track_file)
                                             : to_bytes(*work.live_track));

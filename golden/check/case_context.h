@@ -136,7 +136,7 @@ struct CaseContext {
   std::optional<Track> golden_track = {};
   std::optional<PoseLog> live = {};
   std::optional<Track> live_track = {};
-  std::vector<std::string> edited = {};  ///< golden files that are not those that were approved
+  std::vector<std::string> edited = {};  ///< golden files that differ from the approved ones
   std::vector<Drawing> drawn = {};       ///< the golden poses, a drawing a picture of the case
   std::vector<Drawing> new_images = {};  ///< the live ones, where they are needed
 };
@@ -152,18 +152,18 @@ void check_images(CaseContext& work);
 ///                       approved, does not hold: nobody approved them;
 ///  3. scene changed     the scene's file is another than the goldens were made of, and what differs in it
 ///                       bears on what fails (motion, pictures or both);
-///  4. loading changed   the file is the same, but other masses, places, shapes or meshes are loaded of it;
+///  4. loading changed   an equal file loads with other masses, positions, shapes or meshes;
 ///  5. simulation, renderer or both changed: what is left; on another renderer than the pictures' own, the
 ///                       environment.
 void decide(CaseContext& work);
 
-/// Returns what a person should know of a case that does not pass, but for the commands (failures.h).
+/// Returns the explanation of a failing case for a person, without the commands (failures.h).
 std::string explain(const CaseResult& result);
 
 /// Returns the verdict in words: "simulation changed (renderer unchanged)".
 std::string meaning(const CaseResult& result);
 
-/// Returns by how much the first body to differ did: "position y 7.4e-03 m (at frame 30)".
+/// Returns the difference of the first body to differ: "position y 7.4e-03 m (at frame 30)".
 std::string change_text(const FirstChange& first);
 
 }  // namespace substep::golden

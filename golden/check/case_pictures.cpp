@@ -40,7 +40,7 @@ PictureComparison compare_pictures(const Drawing& expected, const Drawing& actua
   return result;
 }
 
-/// Compares pictures of old and new poses: that all bodies differ is their motion then, not the light.
+/// Compares pictures of old and new poses, in which motion, not light, can make all bodies differ.
 PictureComparison compare_poses(const Drawing& expected, const Drawing& actual, int frame,
                                 const CaseContext& work) {
   PictureComparison result = compare_pictures(expected, actual, frame, work);

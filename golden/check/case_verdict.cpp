@@ -17,7 +17,7 @@ struct Failing {
   bool images = false;
 
   bool any() const { return poses || images; }
-  /// Takes what is explained away; returns whether that was anything.
+  /// Removes the explained halves; returns whether there were any.
   bool explain(bool poses_too, bool images_too) {
     const bool explains = (poses && poses_too) || (images && images_too);
     poses = poses && !poses_too;
@@ -56,7 +56,7 @@ void explain_inputs(CaseContext& work, Failing& failing) {
   if (!failing.explain(difference.moves, difference.is_drawn)) return;
   work.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;
   work.result.cause = difference.text;
-  // On another renderer than theirs pictures may differ for no reason here.
+  // Pictures may differ without a fault on a renderer other than the goldens'.
   if (failing.poses || (failing.images && work.is_exact_here())) {
     work.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
                                        : "; that does not explain its pictures: the renderer changed, too";

@@ -111,7 +111,7 @@ struct Worker {
   void give(std::size_t case_index) {
     index = case_index;
     start = Clock::now();
-    // A worker that has ended is seen when it is read from.
+    // Ignore a failure: reading from the worker finds that it has ended.
     ::send(descriptor, &case_index, sizeof case_index, MSG_NOSIGNAL);
   }
 
@@ -156,7 +156,7 @@ struct Worker {
   bool is_ready = false;             ///< it has sent a message
   std::optional<std::size_t> index;  ///< of the case that it checks
   Clock::time_point start;           ///< of that case
-  std::string buffer;                ///< what it has sent of its next message
+  std::string buffer;                ///< received part of its next message
 };
 
 /// Checks the plan's cases in a process for every processor.
@@ -220,7 +220,7 @@ class CheckApart {
     worker.give(given_++);
   }
 
-  /// Puts another process in the place of one that has ended.
+  /// Replaces a process that has ended.
   void replace(Slot& worker) {
     const std::string how = worker->wait_for_end();
     if (!worker->is_ready) throw Error("the renderer cannot be started: " + how);
@@ -242,7 +242,7 @@ class CheckApart {
     add(*worker.index, to_json(result));
   }
 
-  /// Adds a result, and delivers those of which all before are there, in the suite's order.
+  /// Adds a result, and delivers all results up to the first missing one, in the suite's order.
   void add(std::size_t index, const Json& entry) {
     entries_[index] = entry;
     for (; delivered_ < entries_.size() && !entries_[delivered_].is_null(); ++delivered_) {

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr int longest = 240;  // frames: goldens stay small, and what goes wrong shows by then
 constexpr int full_every = 10;
 
-/// Scene files below a folder, sorted.
+/// Returns the scene files below a folder, sorted.
 std::vector<fs::path> scene_files(const fs::path& project) {
   std::vector<fs::path> files;
   std::error_code failure;

@@ -220,10 +220,10 @@ Plane filtered(const Plane& from, const Kernel& kernel, int reach) {
 constexpr auto filter_rows = filtered<Direction::along_rows>;
 constexpr auto filter_columns = filtered<Direction::along_columns>;
 
-/// A region of a picture as the eye resolves it.
+/// A region of a picture after contrast-sensitivity filters.
 struct Perceived {
   Planes color;         ///< perceived
-  Plane edges, points;  ///< how strong they are
+  Plane edges, points;  ///< strengths
 };
 
 /// Returns the linear RGB of a region and of `reach` pixels around it. Beyond the picture its border is
@@ -307,9 +307,9 @@ render::Image heat_map(const Flip& flip) {
   for (std::size_t i = 0; i < flip.map.size(); ++i) {
     const float at = std::clamp(flip.map[i], 0.0F, 1.0F) * (stops.size() - 1);
     const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
-    const float share = at - static_cast<float>(low);
+    const float fraction = at - static_cast<float>(low);
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      const float level = stops[low][channel] + share * (stops[low + 1][channel] - stops[low][channel]);
+      const float level = stops[low][channel] + fraction * (stops[low + 1][channel] - stops[low][channel]);
       image.rgb[3 * i + channel] = static_cast<std::uint8_t>(std::lround(level));
     }
   }

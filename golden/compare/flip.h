@@ -24,13 +24,13 @@ struct Flip {
 /// Pixels per degree of a viewer 0.7 m from a screen of 3840 pixels on 0.7 m: the authors' default.
 inline constexpr float pixels_per_degree = 0.7F * (3840 / 0.7F) * (std::numbers::pi_v<float> / 180);
 
-/// Both images must have the same size. Equal images give 0 exactly.
+/// Returns the FLIP error of two images of equal size; exactly 0 for equal images.
 Flip flip(const render::Image& expected, const render::Image& actual);
 
-/// The map as a picture, brighter where the difference is more visible.
+/// Returns the map as a picture, brighter where the difference is more visible.
 render::Image heat_map(const Flip& flip);
 
-/// In words, by the largest value: "invisible" below 0.1, "subtle" below 0.3, else "visible".
+/// Returns a word for the largest value: "invisible" below 0.1, "subtle" below 0.3, else "visible".
 std::string_view visibility(const Flip& flip);
 
 }  // namespace substep::golden

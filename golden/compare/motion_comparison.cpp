@@ -42,7 +42,7 @@ int first_changed_frame(const LoggedMotion& golden, const LoggedMotion& actual) 
   return golden.log->frames.size() == actual.log->frames.size() ? -1 : common;
 }
 
-/// The bodies whose digests differ; all but the world when the tracks do not say.
+/// Returns the bodies whose digests differ; all but the world without tracks.
 std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
                                         bool& is_known) {
   std::vector<std::size_t> result;
@@ -83,7 +83,7 @@ FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual)
     first.axis = largest.axis;
     first.size = largest.size();
     first.size_frame = k;
-    // Logged poses that are equal say that only velocities differ; rounded ones say nothing yet.
+    // Equal logged poses prove that only velocities differ; equal rounded poses prove nothing.
     const bool is_decided = largest.axis != ' ' || (!pair.golden.empty() && !pair.is_rounded);
     if (is_decided) return first;
   }
@@ -101,7 +101,7 @@ int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual,
   return -1;
 }
 
-/// The first body of a frame that is farther from the golden one than `tolerance` allows; empty: none.
+/// Returns the first body of a frame beyond `tolerance` of the golden one; empty: none.
 std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
                          const PoseTolerance& tolerance) {
   const PosePair pair = poses_at(golden, actual, frame);

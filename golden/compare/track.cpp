@@ -196,8 +196,8 @@ Invariants Tracker::invariants(const State& state) {
   for (const Contact& contact : finder_.find(state, settings_.step, 1)) {
     const Coordinates& a = state.q[static_cast<std::size_t>(contact.a)];
     const Coordinates& b = state.q[static_cast<std::size_t>(contact.b)];
-    const Vector3 apart = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;
-    const double gap = apart.dot(b.angular * contact.normal_b);
+    const Vector3 offset = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;
+    const double gap = offset.dot(b.angular * contact.normal_b);
     result.penetration = std::max(result.penetration, -gap);
     if (gap < Track::touching_gap) pairs.insert(std::minmax(contact.a, contact.b));
   }

@@ -1,8 +1,7 @@
 #pragma once
 /// The failures of a check, from results.json, as terminal and page show them.
 ///
-/// A printed command holds from the user's working folder: it is made where it is printed, and the results
-/// may have been moved since the check.
+/// Printed commands are relative to the user's working folder, since results may move after a check.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -25,7 +24,7 @@ ResultsLocation location_of(const nlohmann::ordered_json& results, const std::fi
 /// --reason \"...\""; empty where it cannot be approved from there.
 std::string approve_command(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
-/// Returns all that is printed of a case that does not pass: its text in results.json, then the command.
+/// Returns the printed text of a failing case: its text in results.json, then the command.
 std::string explanation(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
 /// Returns `word` quoted, so that a shell takes it as one word.

@@ -312,7 +312,7 @@ std::vector<fs::path> orphans(const Suite& suite) {
   for (const char* folder : {"poses", "images"}) {
     std::error_code none;
     for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, none)) {
-      // .DS_Store, Thumbs.db and the like come by themselves.
+      // File managers create .DS_Store, Thumbs.db and the like.
       const std::string name = entry.path().filename().string();
       if (entry.is_directory() || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini")
         continue;

@@ -1,5 +1,5 @@
 #pragma once
-/// The runs that a film shows side by side, and how far each is from the reference.
+/// The runs that a film shows side by side, and their distances from the reference.
 
 #include <cstdint>
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace substep::render {
 
-/// The quantities that are read of runs at each film frame, beside the poses.
+/// The choice of quantities that are read from runs at each film frame, beside the poses.
 struct ReadingChoice {
   bool gap = false;
   bool energy = false;
@@ -64,7 +64,7 @@ struct Run {
   double rms_error = 0;  ///< over `errors`, m
   Readings readings;
   std::int64_t row_solves = 0;
-  double cpu_time = 0;                ///< of the steps, s; differs from time to time; not of logs
+  double cpu_time = 0;                ///< of the steps, s; varies; not of logs
   double simulated = 0;               ///< time that these steps simulate, s
   std::optional<double> diverged;     ///< time of divergence, s
   std::string refusal;                ///< why an engine cannot simulate the scene; the start is its only pose
@@ -83,7 +83,7 @@ struct ReferenceRun {
   std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that the reference reached
   std::vector<double> uncertainty;              ///< distance of the two runs, m, measured as errors are
   std::size_t known = 0;                        ///< number of frames at which errors are measured
-  std::string fate;                             ///< why these are not all frames; empty: they are
+  std::string fate;                             ///< reason of the early end; empty: all frames are known
   bool is_a1 = false;                           ///< A1 is the reference, also of its own errors
 };
 

@@ -122,7 +122,7 @@ int Composition::scaled(double at_720, double least) const {
   return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
 }
 
-/// Returns lines of what all panels share, then of what the strips show.
+/// Returns lines of the settings that all panels share, then of the strips' quantities.
 std::vector<std::string> Composition::legend() const {
   std::string strips;
   for (const Strip strip : strips_)
@@ -283,7 +283,7 @@ void Composition::draw_notice(Image& image, std::size_t run, const std::string& 
   }
 }
 
-/// Writes on a run's picture why the run, or the reference, has ended.
+/// Writes the reason of an early end of the run, or of the reference, on a run's picture.
 void Composition::draw_end(Image& image, std::size_t run, std::size_t k) const {
   const Run& shown = comparison_.runs[run];
   if (shown.is_reference() && k >= comparison_.reference->known) {

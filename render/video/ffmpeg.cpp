@@ -127,7 +127,7 @@ Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& argument
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
   }
-  // Write without waiting, so that a pipe that is never emptied can be given up
+  // Write without waiting, so that a stalled pipe times out
   ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());

@@ -44,7 +44,7 @@ class Ffmpeg {
   /// Starts `program` with `arguments`. `output` is the file that it writes, if any. Throws Error.
   Ffmpeg(const std::filesystem::path& program, const std::vector<std::string>& arguments,
          std::filesystem::path output = {}, std::chrono::milliseconds patience = ffmpeg_patience);
-  ~Ffmpeg();  ///< ends it when finish() was not reached
+  ~Ffmpeg();  ///< ends ffmpeg unless finish() was called
   Ffmpeg(const Ffmpeg&) = delete;
   Ffmpeg& operator=(const Ffmpeg&) = delete;
 

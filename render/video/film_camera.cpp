@@ -101,10 +101,11 @@ Vector3 middle_of(const Scene& scene) {
   return middle / static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
 }
 
-View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
+View moved(const View& view, const FilmCamera& camera, const Vector3& shift, double seconds,
            const Vector3& middle) {
   View result = view;
-  if (camera.follows != world_body && way.allFinite()) result.eye += glm::dvec3(way.x(), way.y(), way.z());
+  if (camera.follows != world_body && shift.allFinite())
+    result.eye += glm::dvec3(shift.x(), shift.y(), shift.z());
   if (camera.degrees_per_second != 0) {
     const SineCosine by = sine_cosine(camera.degrees_per_second * seconds * std::numbers::pi / 180);
     const glm::dvec3 centre(middle.x(), middle.y(), middle.z());

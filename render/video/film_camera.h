@@ -29,9 +29,9 @@ Scene seen_by(const FilmCamera& camera, const Scene& scene);
 /// Returns the mean of the bodies' positions at the start.
 Vector3 middle_of(const Scene& scene);
 
-/// Returns `view` moved by `way`, m, with its body, or turned for `seconds` of film about the vertical
+/// Returns `view` moved by `shift`, m, with its body, or turned for `seconds` of film about the vertical
 /// through `middle`.
-View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
+View moved(const View& view, const FilmCamera& camera, const Vector3& shift, double seconds,
            const Vector3& middle);
 
 /// Returns the poses that the cameras of a comparison must hold: those of each run until a body is farther

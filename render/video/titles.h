@@ -40,7 +40,8 @@ inline constexpr Color alarm{255, 92, 105};
 Color accent(const PanelChoice& panel);
 Color accent_on_white(const PanelChoice& panel);
 
-/// Returns `color` faded into the strip's ground. An alpha would show as beads where a curve's segments meet.
+/// Returns `color` mixed with the strip's background. An alpha would show beads where a curve's segments
+/// overlap.
 Color faded(const Color& color);
 
 std::string html_color(const Color& color);  ///< "#5db4ea"

@@ -1,6 +1,6 @@
 #pragma once
-/// Closed forms that scenes are held to. Nothing here calls libm beyond sqrt, so the same bytes come out
-/// everywhere.
+/// Closed forms for the expectations of scenes. Nothing here calls libm beyond sqrt, so the same bytes come
+/// out everywhere.
 
 #include <vector>
 

@@ -10,14 +10,14 @@
 namespace substep::scenes {
 namespace {
 
-/// A square bar from one point to another.
+/// Returns a square bar from one point to another.
 Mesh bar(const Vector3& from, const Vector3& to, double width) {
   const Vector3 along = to - from;
   return Mesh().add(rounded(box({along.norm(), width, width}), width / 8, 2),
                     Pose{(from + to) / 2, Quaternion::FromTwoVectors(X, along)});
 }
 
-/// A pin about an axis of the node's, at a point.
+/// Returns a pin about an axis of the node, at a point.
 Mesh pin(const Vector3& point, int axis, double length, double radius) {
   return Mesh().add(rod(length, radius, radius / 8, 24),
                     Pose{point, Quaternion::FromTwoVectors(Y, Vector3::Unit(axis))});
@@ -75,7 +75,7 @@ GltfBuilder bricard() {
     const Quaternion frame = hinge_about(axes[i]);
     const int held = gltf.node(name + "_eye", {corner - centres[before], frame}, nodes[before]);
     const int carried = gltf.node(name, {corner - centres[i], frame}, nodes[i]);
-    // A joint's own node is on a body that moves.
+    // Put a joint's own node on a body that moves.
     const bool is_last = i == count - 1;
     gltf.joint(is_last ? held : carried, is_last ? carried : held, hinge);
   }
@@ -324,7 +324,7 @@ struct Squeezer : GltfBuilder {
       const int held = fixed(name + "_bearing", point);
       joint(on(name, link, point), held, pinned);
     };
-    // A motor that never comes near its speed turns with all its moment.
+    // A motor far below its target speed turns with its full torque.
     const double moment = 0.033 * scale * scale / (slow * slow);
     const int driven = joint_description(
         {pin}, {{.kind = angular, .axis = 2, .velocity = 1e6, .damping = 1, .max_force = moment}});

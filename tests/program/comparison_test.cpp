@@ -1,4 +1,4 @@
-// Runs side by side: their reference, errors and readings; panels, their titles and strips.
+// Tests comparisons: reference, errors and readings; panels, titles and strips.
 
 #include "render/video/comparison.h"
 

@@ -1,4 +1,4 @@
-// A film takes its name only when it is whole, whatever ffmpeg says of it.
+// A film gets its name only when it is complete, also where ffmpeg reports success.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ class Film : public Program {
     write("a.mp4", "an earlier film");
   }
 
-  /// Puts a script in ffmpeg's place.
+  /// Replaces ffmpeg by a script.
   void fake(const std::string& script) const {
     write("bin/ffmpeg", "#!/bin/sh\n" + script);
     fs::permissions(folder() / "bin/ffmpeg", fs::perms::owner_all);

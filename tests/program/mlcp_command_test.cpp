@@ -1,4 +1,4 @@
-// substep mlcp, and the published results' command: what they print, and what they refuse.
+// Tests the output and refusals of `substep mlcp` and of the command of published results.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST_F(MlcpCommand, WritesSiconosText) {
 }
 
 TEST_F(MlcpCommand, FailsUnsolvedProblem) {
-  // A normal that only grows deeper when it is pushed.
+  // A normal whose impulse increases the approach.
   write("indefinite.dat", "3\n1\n0\n3\n3\n3 3\n-1 0 0\n0 1 0\n0 0 1\n-2 3 0\n0.5\n");
   expect("mlcp indefinite.dat", 1, {"not solved"});
 }

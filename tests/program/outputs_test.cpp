@@ -1,4 +1,4 @@
-// A command writes its output whole, or ends with an error; it touches and leaves no other file.
+// A command writes its output completely or ends with an error, and changes and leaves no other file.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ TEST_F(Outputs, LostStandardOutputIsAnError) {
     EXPECT_EQ(std::ranges::count(full.err, '\n'), 1) << full.err;
     expect(words + " >&-", 2, {}, {"standard output"});
   }
-  // No file took the number of the closed stream: the log holds no word of what was said.
+  // No file reused the descriptor of the closed stream: the log holds no printed text.
   EXPECT_EQ(content("b.txt"), content("a.txt"));
 }
 

@@ -40,7 +40,7 @@ TEST(Claim5, HoldsForContacts) {
   EXPECT_LT(difference_of_a5(scene, 20.0 / 60), 1e-11);
 }
 
-// A joint beside contacts: A5's sum of velocities follows the joint's τ and κ, contacts take their own share.
+// A joint beside contacts: A5's sum of velocities follows the joint's τ and κ, contacts have their own.
 TEST(Claim5, HoldsWithStabilizationOfContacts) {
   const Scene scene = scene_named("powered_wheel");
   EXPECT_LT(difference_of_a5(scene, 0.25, 1.1, 0.7), 1e-11);

@@ -175,11 +175,11 @@ struct LaneRow {
 
 /// Distance of a solved manifold from its law, relative to the speeds and to the largest impulse.
 struct Violation {
-  double approach = 0;       ///< a normal that is still approached, m/s
-  double pull = 0;           ///< a normal that pulls
-  double complementary = 0;  ///< a normal that pushes what leaves: min(λ/λ_max, m/s)
+  double approach = 0;       ///< approaching velocity along a normal, m/s
+  double pull = 0;           ///< negative normal impulse
+  double complementary = 0;  ///< normal impulse at a leaving point: min(λ/λ_max, m/s)
   double disc = 0;           ///< friction beyond its disc
-  double slip = 0;           ///< slip of what is within its disc, m/s
+  double slip = 0;           ///< slip within the disc, m/s
   double direction = 0;      ///< slip that is not against the friction on the disc's edge, m/s
   double applied = 0;        ///< v − v₀ − M⁻¹Jᵀλ
   int lifting = 0;           ///< points
@@ -187,7 +187,7 @@ struct Violation {
   int sliding = 0;
 };
 
-/// A box that meets a moving plate or the world with some velocity, and the rows of its contacts.
+/// A box that hits a moving plate or the world, and the rows of its contacts.
 struct BoxOnPlate {
   BoxOnPlate(unsigned seed, bool on_world, const Vector3& size, double mass, double disturbance)
       : friction(0.2 + 0.05 * (seed % 13)),
@@ -262,7 +262,7 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
 
   double largest = 0;
   for (const NormalRow& normal : contacts.normals) largest = std::max(largest, normal.row.impulse[0]);
-  if (largest == 0) return;  // they leave each other
+  if (largest == 0) return;  // the bodies separate
   std::vector<Velocity> rest = v;
   const ContactDirections& directions = contacts.directions[x.first_point];
   for (int i = 0; i < x.contacts; ++i) {
@@ -332,15 +332,15 @@ TEST(ContactBatches, ConvergedManifoldObeysItsLaws) {
 
 /// Distance of a solved patch from its law.
 struct PatchViolation {
-  double approach = 0;       ///< a corner that is still approached, m/s
+  double approach = 0;       ///< approaching velocity of a corner, m/s
   double pull = 0;           ///< the centre of pressure outside of the hull, of the radius
   double complementary = 0;  ///< power of normals that push what leaves, of the largest impulse, m/s
   double friction = 0;       ///< force along the tangents beyond μ N, of μ N
-  double slip = 0;           ///< slip of what holds, m/s
-  double direction = 0;      ///< of what slides: from the friction that opposes the corners' slip, of μ N
+  double slip = 0;           ///< slip of sticking patches, m/s
+  double direction = 0;      ///< sliding: distance from friction that opposes the slip, relative to μ N
   int lifting = 0;           ///< patches that tip about a side or corner
   int sliding = 0;
-  int cycling = 0;  ///< those that hold and slide in turns
+  int cycling = 0;  ///< patches that stick and slide in turns
 };
 
 /// Returns the friction that opposes the slip of each corner, by μ N: along the tangents, and the twist. The

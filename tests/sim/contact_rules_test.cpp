@@ -1,4 +1,4 @@
-// Contacts on planes against closed forms: which colliders meet, A2's over-relaxation, the threshold of
+// Compares contacts on planes with closed forms: collision filters, A2's over-relaxation, the threshold of
 // bounces and their height, friction of an impact, weights that contacts carry.
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ constexpr double radius = 0.2;
 constexpr double gravity = 9.81;
 constexpr double step = 1.0 / 60;
 
-/// A ball of 1 kg that touches the floor.
+/// Returns a ball of 1 kg that touches the floor.
 Scene ball_on_floor() {
   Scene scene = test::floor_scene(0);
   scene.gravity = {0, -gravity, 0};
@@ -109,7 +109,7 @@ TEST(FrictionOfAnImpact, IsStaticWhereNothingSlips) {
   }
 }
 
-/// A cube of 0.2 m on a plane at 30°, sunk by nothing.
+/// Returns a cube of 0.2 m on a plane at 30°, without overlap.
 Scene incline(double friction) {
   Scene scene = test::floor_scene(friction);
   const Pose slope{Vector3::Zero(), rotation_quaternion({0, 0, -std::acos(-1.0) / 6})};
@@ -129,7 +129,7 @@ TEST(Incline, ContactsCarryTheBlock) {
     EXPECT_TRUE(simulation.contact_impulses().empty());
     for (int i = 0; i < 120; ++i) simulation.step();
     const std::vector<ContactImpulse> impulses = simulation.contact_impulses();
-    // A patch gives one impulse, where its pressure has its centre: below the block's centre of mass.
+    // A patch gives one impulse at its centre of pressure, below the block's centre of mass.
     const bool by_points = algorithm == Algorithm::a1;
     ASSERT_EQ(impulses.size(), by_points ? 4u : 1u) << name(algorithm);
     Vector3 sum = Vector3::Zero();
@@ -171,8 +171,8 @@ Scene bouncing_ball(double restitution, const Quaternion& tilt) {
   return scene;
 }
 
-/// The heights of the ball's turning points, with the speed there taken for what the step cuts off: m above
-/// where it rests.
+/// Returns the heights of the ball's turning points above its rest, m, plus the height that the remaining
+/// speed would add within the step.
 std::vector<double> heights_of_bounces(const Scene& scene, const Settings& settings, double duration,
                                        const Quaternion& tilt) {
   Simulation simulation(scene, settings);

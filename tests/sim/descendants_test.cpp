@@ -1,4 +1,4 @@
-// Soft Step, AVBD and warm starts: closed forms, and what was published of them.
+// Compares Soft Step, AVBD and warm starts with closed forms and published results.
 
 #include <gtest/gtest.h>
 
@@ -112,7 +112,7 @@ TEST(SoftStep, JointSinksByClosedForm) {
     Simulation simulation(scene, settings);
     double x = 0;
     for (int i = 0; i < 120 * n; ++i) {
-      // The first sub-step starts from no impulse: λ is not there yet that takes the weight.
+      // The first sub-step starts without the impulse that takes the weight.
       const double push = i == 0 ? (1 - softness(11, 2, hs).mass_scale) * hs * 9.81 : tau / hs * deepest;
       x = (1 - tau) * x + hs * push;
       if (i % n != n - 1) continue;
@@ -152,7 +152,7 @@ TEST(SoftStep, PyramidsMoveAsInBox3d) {
               0.015);  // measured 63.7 mm
 }
 
-// 1000 kg on nine boxes of 1 kg: 30 Hz gives way, 240 Hz stands with 16 sub-steps.
+// 1000 kg on nine boxes of 1 kg: contacts of 30 Hz yield, of 240 Hz stand with 16 sub-steps.
 TEST(SoftStep, HeavyTopNeedsAStiffContact) {
   const Scene scene = scene_named("top_heavy_stack");
   Settings settings = with(Algorithm::soft, 16);
@@ -216,7 +216,7 @@ TEST(Avbd, GrowingCubesStand) {
     EXPECT_LT(state.q[body].angular.vec().norm(), 1e-3) << body;  // measured < 1e-12: upright
 }
 
-// The demo's ways are 0.999, 0.993 and 0.990 of v²/(2 μ g).
+// The demo's distances are 0.999, 0.993 and 0.990 of v²/(2 μ g).
 TEST(Avbd, FrictionStopsABoxInItsWay) {
   for (const double friction : {0.1, 0.3, 0.5}) {
     Scene scene = test::floor_scene(friction);
@@ -255,7 +255,7 @@ TEST(Avbd, DenseBoxesSink) {
   EXPECT_NEAR(largest_displacement(three_boxes(1000), with(Algorithm::soft, 4), 1), light, 1e-9);
 }
 
-// Runs that continue from a state are the run.
+// A run that continues from a state equals the whole run.
 TEST(Descendants, ContinueFromAState) {
   for (const Algorithm algorithm : {Algorithm::soft, Algorithm::avbd, Algorithm::a2, Algorithm::a5}) {
     for (const char* name : {"card_house", "ragdoll", "governor", "bouncing_balls"}) {

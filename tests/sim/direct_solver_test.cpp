@@ -19,7 +19,7 @@ namespace {
 
 using Links = std::vector<std::pair<int, int>>;
 
-/// Three rows of any direction for each link; body −1 does not move.
+/// Returns three rows of random direction for each link; body −1 does not move.
 Mlcp joints_between(const Links& links, int bodies, double softness) {
   std::mt19937 random(7);
   const auto any = [&random] { return static_cast<double>(random()) / 2147483648.0 - 1; };
@@ -152,7 +152,7 @@ TEST(JointSolver, SolvesLongChain) {
   }
 }
 
-/// The problem of a step in which a pile of boxes slides: `boxes` in a row two deep, pushed at 1 m/s.
+/// Returns the problem of a step in which a pile of boxes slides: `boxes` in a row two deep, pushed at 1 m/s.
 std::string dumped(int boxes, double friction) {
   Scene scene = test::floor_scene(friction);
   for (int i = 0; i < boxes; ++i) {
@@ -187,7 +187,7 @@ TEST(FrozenProblem, SiconosTextRoundTrips) {
   EXPECT_EQ(to_siconos_text(parse_frozen_problem(text, "siconos")), text);
 }
 
-/// One contact: W = diag(2, 1, 1), q, μ = 0.5.
+/// Returns a problem of one contact: W = diag(2, 1, 1), q, μ = 0.5.
 std::string one_contact(const std::string& q, const std::string& matrix = "2 0 0\n0 1 0\n0 0 1") {
   return "3\n1\n0\n3\n3\n3 3\n" + matrix + "\n" + q + "\n0.5\n";
 }

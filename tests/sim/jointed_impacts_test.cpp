@@ -9,7 +9,7 @@
 namespace substep::test {
 namespace {
 
-/// A ball of no friction that flies against a normal.
+/// A frictionless ball that flies against a normal.
 struct Hit {
   Scene scene;
   int ball;
@@ -103,7 +103,7 @@ struct DoorAndBall {
   }
 };
 
-/// A ball meets a plank that hangs on a hinge, at any distance from it.
+/// Draws a ball that hits a plank on a hinge, at a random distance from the hinge.
 Trial draw_hinged_plank(Random& random) {
   const Vector3 size(random.between(0.5, 2), random.between(0.1, 0.5), random.between(0.02, 0.1));
   const double mass = random.spread(0.5, 5);
@@ -125,7 +125,7 @@ Trial draw_hinged_plank(Random& random) {
   const Hit hit = add_hitting_ball(scene, random, radius,
                                    plank.frame * Vector3(lever - 0.5 * size.x(), 0, -0.5 * size.z()), meeting,
                                    plank.frame.orientation * Vector3(0, 0, -1), ball_mass, speed, e);
-  // Without restitution the ball goes on pressing for a while, since its centre is farther from the hinge.
+  // Without restitution the ball continues to press for a while, since its centre is farther from the hinge.
   const double duration = std::ceil((meeting + 0.03) * 60) / 60;
   Vector3 later = Vector3::Zero();
   if (e == 0) {
@@ -174,7 +174,7 @@ Trial draw_pushed_door(Random& random) {
       });
 }
 
-/// A ball meets the hammer at the end of a straight chain that hangs in the world, across the chain.
+/// Draws a ball that hits the hammer at the end of a straight chain, across the chain.
 Trial draw_hammer(Random& random) {
   const int links = 1 + random.below(6);
   const double length = random.between(0.1, 0.4);
@@ -218,7 +218,7 @@ Trial draw_hammer(Random& random) {
   Eigen::VectorXd row = arms.row(links).transpose();
   row[links] += offset;
   const double inverse_mass = row.dot(inertia.ldlt().solve(row));
-  // So light that it rebounds: otherwise the hammer would turn and meet it again.
+  // Make the ball so light that it rebounds: otherwise the hammer could turn and hit it again.
   const double ball_mass = random.between(0.2, 0.9) * e / inverse_mass;
   const Vector3 point = origin + turn * Vector3(reached - half + offset, 0, -half);
   return add_hitting_ball(scene, random, radius, point, meeting, turn * Vector3(0, 0, -1), ball_mass, speed,

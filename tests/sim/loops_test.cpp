@@ -211,9 +211,9 @@ Loop governor(Random& random) {
 }
 
 struct Deviation {
-  double position = 0;  ///< of a body's centre from the exact one, of the size
-  double energy = 0;    ///< from the exact one, of energy_scale()
-  double gap = 0;       ///< of joints, of the size
+  double position = 0;  ///< distance of a body's centre from the exact one, relative to the size
+  double energy = 0;    ///< error, relative to energy_scale()
+  double gap = 0;       ///< of joints, relative to the size
 };
 
 /// Returns the largest deviations after any step.

@@ -1,6 +1,5 @@
-// A1 and the reference integrator on closed loops and stiff springs: against equations of motion in minimal
-// coordinates, written here by hand and stepped by Runge and Kutta's method. They share no line with the
-// solver.
+// Compares A1 and the reference integrator on closed loops and stiff springs with equations of motion in
+// minimal coordinates, derived by hand, stepped by Runge-Kutta and independent of the solver.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +18,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// Centres of the bodies that move, in the order of the scene's file.
+/// Centres of the moving bodies, in the order of the scene's file.
 using Centres = std::vector<Vector3>;
 
 /// A mechanism in minimal coordinates.

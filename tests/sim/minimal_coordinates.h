@@ -1,5 +1,5 @@
 #pragma once
-/// Motion in minimal coordinates, by equations that share no line with the solver.
+/// Motion in minimal coordinates, by equations independent of the solver.
 
 #include <cmath>
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace substep::test {
 
-/// Steps y' = rate(y) by the classical method of Runge and Kutta, of order 4.
+/// Steps y' = rate(y) by the classical Runge-Kutta method of order 4.
 inline void runge_kutta(const std::function<std::vector<double>(const std::vector<double>&)>& rate, double h,
                         std::vector<double>& y) {
   const auto shifted = [&](double factor, const std::vector<double>& slope) {

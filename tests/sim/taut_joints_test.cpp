@@ -25,7 +25,7 @@ Scene pendulum() {
   return scene;
 }
 
-/// Time at which the rod hangs straight down for the first time, between two steps by the line through them.
+/// Returns the time at which the rod first hangs straight down, interpolated between two steps.
 double first_quarter(const Settings& settings) {
   Simulation simulation(pendulum(), settings);
   double before = simulation.state().q[1].linear.x();
@@ -94,7 +94,7 @@ void add_chain(Scene& scene, const Vector3& from, const Vector3& to, int body, c
   scene.joints.push_back(test::ball_joint(body, last, anchor, {length / 2, 0, 0}));
 }
 
-/// A bridge of 400 kg, hinged at one end and hung on two chains at the other, with two crates on it and a
+/// Returns a bridge of 400 kg, hinged at one end and hung on two chains at the other, with two crates and a
 /// ball that falls on it.
 Scene drawbridge() {
   Scene scene = test::empty_scene();
@@ -132,8 +132,8 @@ TEST(TautJoints, HeavyChainHoldsAtSixtyHertz) {
   }
 }
 
-/// Eight rods of 0.2 kg in a line that turns about its end, without gravity: it stays a line and keeps its
-/// speed. In a plane across `axis`.
+/// Returns eight rods of 0.2 kg in a line that turns about its end, in a plane across `axis`, without
+/// gravity: it stays a line and keeps its speed.
 Scene whirl(const Quaternion& turned, double speed) {
   Scene scene = test::empty_scene();
   scene.gravity.setZero();
