@@ -96,7 +96,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
       }
     }
   }
-  // Hold what is near the bodies of the world: a ground that is larger would make them small.
+  // Hold only the surroundings of bodies in the world: a whole ground would make the bodies small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinite ? 0.15 * (high - low).norm() : infinite);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;

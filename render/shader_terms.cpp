@@ -59,7 +59,7 @@ vec3 surroundings(vec3 direction, float roughness) {
   float above = clamp(0.5 + 0.5 * direction.y / width, 0.0, 1.0);
   above = above * above * (3.0 - 2.0 * above);
   vec3 rise = normalize(vec3(direction.x, max(direction.y, 0.25 * roughness), direction.z));
-  // Straight down lies the shaded foot of whatever reflects.
+  // Straight down lies the shaded foot of the reflecting body.
   float level = 1.0 + min(direction.y, 0.0);
   return mix(bounce.rgb * (0.5 + 0.5 * level), sky_light(rise), above);
 }
@@ -99,7 +99,7 @@ vec3 scattered(vec3 n, vec3 v, vec3 l, float nl, float nv, vec3 facing, vec3 dif
   return diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility);
 }
 
-/// Mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
+/// Returns the mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
 vec2 lines(vec2 x, vec2 width, float half_line) {
   vec2 a = x - 0.5 * width + 0.5;
   vec2 b = x + 0.5 * width + 0.5;
@@ -108,7 +108,7 @@ vec2 lines(vec2 x, vec2 width, float half_line) {
   return (within_b - within_a) / width;
 }
 
-/// Mean over the same of ±1 in turn between the integers.
+/// Returns the mean over a footprint of `width` around x of ±1 in turn between the integers.
 vec2 turns(vec2 x, vec2 width) {
   vec2 a = (x - 0.5 * width) * 0.5;
   vec2 b = (x + 0.5 * width) * 0.5;
@@ -217,7 +217,7 @@ vec2 slope_in_map(mat4 map, vec3 n, vec2 place, float w, float map_depth) {
   return clamp(slope, vec2(-steepest), vec2(steepest));
 }
 
-/// Part of the key light that reaches a point of a surface with unit normal n.
+/// Returns the fraction of the key light that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
 /// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
@@ -280,7 +280,7 @@ float key_light(vec3 position, vec3 n) {
   return lit;
 }
 
-/// Part of the sky that bodies leave open to the ground below `position`, or `cells` of the map beside it.
+/// Returns the fraction of the sky that bodies leave open to the ground below `position`, or `cells` of the map beside it.
 float openness(vec3 position, vec2 cells) {
   vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;
   return textureLod(occlusion_map, place, 0.0).r;

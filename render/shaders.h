@@ -40,7 +40,7 @@ inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::sha
 struct Program {
   enum class Kind : char {
     body,     ///< bodies' surfaces as integers, with the depth
-    look,     ///< the same of surfaces with more than a colour
+    look,     ///< like body, for surfaces with more than a colour
     shading,  ///< the light on surfaces, a pixel each: two colours, and which samples have them; see
               ///< RenderedPixels
     ground,   ///< a disc around the eye's foot

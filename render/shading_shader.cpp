@@ -2,7 +2,7 @@
 
 namespace substep::render::shaders {
 
-/// The light of a pixel's samples, which is computed once for those of one face. Up to two surfaces are kept
+/// Computes the light of a pixel's samples, once for all samples of one face. Up to two surfaces are kept
 /// separate. With LOOKS, surfaces have more than a colour, and lamps shine; with SHINES, surfaces emit light,
 /// have crevices or transmit light; with NO_SUN, only lamps and sky shine.
 const char* const shading_glsl = R"(

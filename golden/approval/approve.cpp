@@ -56,7 +56,7 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
 }
 
 /// Adds when and why the case was approved; the repository has the approvals before. A case that passes has
-/// the same states and pictures: its approval stays, whatever of its files is written anew.
+/// the same states and pictures: its approval stays, also where files are rewritten.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   if (old.is_object() && old.contains("approved") && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");
@@ -67,8 +67,8 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   }
 }
 
-/// Returns what is to be written for one case, the sidecar last; empty when its goldens are those of the
-/// check already. Throws Error where the case cannot be approved.
+/// Returns the files to write for one case, the sidecar last; empty when its goldens equal those of the check
+/// already. Throws Error where the case cannot be approved.
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
                                    const fs::path& suite_folder) {
   const auto refuse = [&](const std::string& why) {
@@ -100,7 +100,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   return files;
 }
 
-/// Returns what is to be written for all chosen cases. Throws Error before anything is
+/// Returns the files to write for all chosen cases. Throws Error before anything is
 /// written.
 std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
                                        const fs::path& suite, Approval& approval) {

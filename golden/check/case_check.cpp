@@ -33,8 +33,7 @@ std::string approved_track_hash(const CaseContext& work) {
                                             : to_bytes(*work.live_track));
 }
 
-/// Returns true where all golden pictures are exactly what is drawn here. Otherwise nothing can be noted of
-/// them.
+/// Returns true where all golden pictures equal the pictures drawn here, which the sidecar's notes require.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
   return (images.empty() || work.is_exact_here()) && std::ranges::all_of(images, [](const auto& image) {

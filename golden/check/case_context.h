@@ -153,7 +153,7 @@ void check_images(CaseContext& work);
 ///  3. scene changed     the scene's file is another than the goldens were made of, and what differs in it
 ///                       bears on what fails (motion, pictures or both);
 ///  4. loading changed   an equal file loads with other masses, positions, shapes or meshes;
-///  5. simulation, renderer or both changed: what is left; on another renderer than the pictures' own, the
+///  5. simulation, renderer or both changed: all other cases; on a renderer other than the pictures', the
 ///                       environment.
 void decide(CaseContext& work);
 

@@ -104,8 +104,8 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Locks a file. Returns false where another process holds the lock for longer than the worker of a check
-/// that was ended takes to remove what it had not finished: up to 2 s.
+/// Locks a file. Returns false where another process holds the lock for over 2 s, the longest that the worker
+/// of an ended check takes to remove unfinished files.
 bool take_lock(int file) {
   constexpr int tries = 40;
   for (int i = 0; i < tries; ++i) {

@@ -48,7 +48,7 @@ struct Region {
 template <typename Exponent>
 Plane power(const Plane& a, const Exponent& b) {
   constexpr float smallest = 1e-37F;
-  constexpr float largest = 1e38F;  // so that 0 gives 0, and all from `smallest` on what it should
+  constexpr float largest = 1e38F;  // so that 0 gives 0, and numbers from `smallest` on give aᵇ
   return (b * a.max(smallest).log()).exp().min(largest * a);
 }
 

@@ -4,7 +4,7 @@
 /// Rules in their order; the first that applies decides:
 ///
 ///  1. size      width and height must be equal;
-///  2. exact     pictures with equal pixels are equal, whatever the bytes of their files;
+///  2. exact     pictures with equal pixels are equal, also in files of other bytes;
 ///  3. hard      no channel of any pixel may differ by more than `hard` levels;
 ///  4. count     at most `count` pixels may have a channel that differs by more than `level` levels;
 ///  5. within    the remaining differences are within the tolerance.

@@ -14,7 +14,7 @@
 namespace substep::golden {
 namespace {
 
-/// Returns what follows `key` in the file's first line that begins with it; empty where there is none.
+/// Returns the rest of the file's first line that begins with `key`; empty without such a line.
 std::string value_of(const char* file, std::string_view key) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {

@@ -4,7 +4,7 @@
 ///
 /// The page needs no network and no script: without scripts it is tables and pictures, with them each pair of
 /// pictures can be slid, flickered and zoomed. Pictures are in the file until it would grow beyond
-/// `largest_report`; those of the cases after that are linked to where the check left them.
+/// `largest_report`; later cases link to their pictures in the check's folder.
 
 #include <cstddef>
 #include <filesystem>

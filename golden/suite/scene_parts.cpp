@@ -71,7 +71,7 @@ std::string joint_digest(const Joint& joint) {
   return text_of(digest);
 }
 
-/// Adds nothing for a surface that has no more than its colour and finish.
+/// Adds the appearance to the digest; nothing for a surface with a colour and finish alone.
 void add_appearance(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
   const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
   if (shines) digest.add(surface.emission);

@@ -139,7 +139,7 @@ class Reader : private TomlValues {
 
   void apply(const toml::table& table, SuiteCase& result) const {
     const std::vector<std::string_view> keys = settings_keys();
-    // In the fields' order: those of contacts come after τ and κ, which are of all rows.
+    // Apply settings in the order of the fields: those of contacts after τ and κ, which set all rows.
     for (const std::string_view key : keys) {
       const toml::node* const node = table.get(key);
       if (node == nullptr) continue;

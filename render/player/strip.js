@@ -134,7 +134,7 @@ class Strip {
     }
   }
 
-  /** Shades what is below the reference's own uncertainty, and marks where the reference ends. */
+  /** Shades errors below the reference's uncertainty, and marks the end of the reference. */
   drawCertainty() {
     const {context: c, plot, data: {reference, times}} = this;
     const bottom = plot.y + plot.height;

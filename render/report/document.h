@@ -13,7 +13,7 @@ namespace substep::report {
 struct Document {
   struct Block {
     enum class Kind { heading, paragraph, table, picture, card_begin, card_end } kind;
-    std::string text = {};     ///< heading, paragraph: Markdown with ** and `; picture: what it shows
+    std::string text = {};     ///< heading, paragraph: Markdown with ** and `; picture: description
     int level = 0;             ///< heading: 1 is the page's title
     TextTable table = {};      ///< table
     std::string file = {};     ///< picture: beside the Markdown page

@@ -77,7 +77,7 @@ std::string in_address(std::string_view name) {
   return result;
 }
 
-/// The Markdown beside the scene's file, its first paragraph apart; empty where there is none.
+/// The Markdown beside the scene's file, with its first paragraph separate; empty without a file.
 struct SceneText {
   std::string title;
   std::string lead;

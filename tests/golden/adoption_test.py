@@ -1,4 +1,4 @@
-"""Another repository adopts the suite, and what its CI and its people meet: nothing here but the program and a shell.
+"""Another repository adopts the suite and uses it in CI and by hand, with the program and a shell alone.
 
 adoption_test.py SUBSTEP SOURCE_FOLDER [TEST]...
 """
@@ -261,7 +261,7 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
         command, = [c for c in printed(text, "approve") if "approve" in c]
         project.shell(command.replace('"..."', '"a heavier rod"'), 0)
         project.shell(check, 0)
-    # The workflow's run by hand approves what is named, and commits it.
+    # The workflow run by hand approves the named cases, and commits them.
     project.replace("pendulum.py", "0.9,", "0.8,")
     project.shell("git init -q --bare ../origin && git remote add origin ../origin && git push -q -u origin HEAD", 0)
     steps = (SOURCE / ".github/workflows/suite.yml").read_text()

@@ -1,4 +1,4 @@
-"""The report in a headless browser: every mode clicked and typed, and nothing asked of a network.
+"""Tests the report in a headless browser: clicks and types every mode, and expects no network requests.
 
 report_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 """

@@ -1,4 +1,4 @@
-"""The player in a headless browser: what it draws, that it is the runs' poses, and that all of it can be worked.
+"""Tests the player in a headless browser: pictures, poses of the runs, and every control.
 
 player_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 """

@@ -133,7 +133,7 @@ TEST_F(RunCommand, RefusesJointsThatOpenByMoreThanTheScene) {
   // Nothing drives the chain, and it ends with a hundred times the energy that its fall is worth.
   expect("run $S/heavy_chain.gltf --algorithm a5 --substeps 1", 1, {},
          {"substep: warning: heavy_chain: A5", "energy growth ", "substep: heavy_chain: A5", " joint gap "});
-  // Springs feed in no more than they hold at the start.
+  // Springs add no more energy than they store at the start.
   EXPECT_THAT(shell("run $S/governor.gltf --algorithm a2 --set m=1").err, HasSubstr("energy growth "));
   EXPECT_EQ(shell("run $S/pendulum.gltf").err, "");
 }

@@ -96,7 +96,7 @@ Scene growing_governor() {
   return scene;
 }
 
-// A3's own runs grow by the map's radius in each sub-step, whatever the sub-step is.
+// Runs of A3 grow by the map's radius in each sub-step of any length.
 TEST(SubstepMap, MatchesRuns) {
   const Scene scene = growing_governor();
   for (const Joints joints : {Joints::plain, Joints::rows}) {

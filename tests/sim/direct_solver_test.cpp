@@ -1,5 +1,5 @@
 // The joints solver against the general one, on joint graphs of each shape; friction problems in files:
-// Siconos' text of our own dumped problems, A1's solver without bodies, and what is refused.
+// Siconos' text of our own dumped problems, A1's solver without bodies, and refusals.
 
 #include <gtest/gtest.h>
 

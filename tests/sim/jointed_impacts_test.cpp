@@ -19,7 +19,7 @@ struct Hit {
   double e;
 
   /// Returns the error of the ball's velocity at the end, relative to its exact change in the impact; `later`
-  /// is what it gets after the impact.
+  /// is the change of velocity after the impact.
   Trial trial(std::string parameters, double inverse_mass_of_struck, double duration,
               const Vector3& later = Vector3::Zero()) const {
     const Vector3 change = (1 + e) * speed / (1 / mass + inverse_mass_of_struck) / mass * normal;

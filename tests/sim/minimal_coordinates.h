@@ -68,7 +68,7 @@ struct GovernorEquations {
             -gravity + 2 * force * by_slider / slider};
   }
 
-  /// Returns those of shaft, slider, left and right arm.
+  /// Returns the centres of shaft, slider, left and right arm.
   std::vector<Vector3> centres(const std::vector<double>& y) const {
     const Vector3 out(std::cos(y[0]), 0, -std::sin(y[0]));
     const Vector3 down(0, -centre * std::cos(y[1]), 0);

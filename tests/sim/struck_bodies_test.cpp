@@ -61,7 +61,7 @@ Trial draw_edge_hit(Random& random) {
   const double meeting = random.between(0.05, 0.25);
   const double box_mass = random.spread(0.3, 3);
   const Quaternion turn = random.orientation();
-  // The box's frame: the normal lies between those of the two or three faces that meet.
+  // Choose the normal between the normals of the two or three adjacent faces, in the box's frame.
   Vector3 point = half;
   Vector3 normal(random.between(0.2, 1), random.between(0.2, 1), random.between(0.2, 1));
   if (!is_corner) {
