@@ -121,7 +121,7 @@ TEST(MeshContacts, SlidingBoxHasFourCorners) {
   }
 }
 
-TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
+TEST(MeshContacts, ConvexRidgeTouchesWithEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
   // Balance shapes on the ridge: a sphere has one contact at the edge, a shape with a side along it two.
@@ -208,7 +208,7 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
   EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
 }
 
-TEST(MeshContacts, OneSidedMeshPushesFromItsFront) {
+TEST(MeshContacts, OneSidedMeshPushesFromFront) {
   const TriangleMesh one = make_rectangle(4, 4, false);
   const TriangleMesh both = make_rectangle(4, 4, true);
   for (const Shape& shape : shapes()) {
@@ -219,7 +219,7 @@ TEST(MeshContacts, OneSidedMeshPushesFromItsFront) {
   }
 }
 
-TEST(MeshContacts, BorderTouchesWithItsEdge) {
+TEST(MeshContacts, BorderTouchesWithEdge) {
   const TriangleMesh mesh = make_rectangle(2, 2, true);
   // Beside the sheet, at its height.
   const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, margin);

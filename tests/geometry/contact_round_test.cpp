@@ -37,7 +37,7 @@ TEST(RoundContacts, EnclosingBallDecides) {
   EXPECT_GT(found, 100);
 }
 
-TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
+TEST(RoundContacts, LyingCylinderKeepsHeight) {
   // The contacts' depth follows from the radius alone, at each angle of rolling and turning.
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
@@ -59,7 +59,7 @@ TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
   }
 }
 
-TEST(RoundContacts, TiltedDiscTouchesAtItsLowestPoint) {
+TEST(RoundContacts, TiltedDiscTouchesAtLowestPoint) {
   // The rim's lowest point is r sin(tilt) below the centre, at each turn of the disc. A disc parallel to 1e-5
   // keeps the contacts on its own axes, one of which is within 22.5° of the lowest point.
   const Cylinder disc = make_cylinder(0.02, 0.5, 0.5);

@@ -205,7 +205,7 @@ TEST(Box, IsABox) {
   EXPECT_THROW(box({1, std::numeric_limits<double>::quiet_NaN(), 1}), Error);
 }
 
-TEST(Cylinder, HasItsVerticesOnTheCircles) {
+TEST(Cylinder, HasVerticesOnCircles) {
   const Polytope straight = cylinder(2, 0.5, 0.5);
   expect_sound(straight, 1e-15);
   EXPECT_EQ(straight.vertices.size(), 64U);
@@ -238,7 +238,7 @@ TEST(Scaled, KeepsBoxesAndValidHulls) {
   EXPECT_THROW(scaled(solid, {1, -1, 1}), Error);
 }
 
-TEST(Transformed, MovesTheBoxWithItsVertices) {
+TEST(Transformed, MovesBoxWithVertices) {
   const Pose pose = {{1, 2, 3}, test::turn(0.7, {1, -1, 2})};
   const Polytope moved = test::transformed(box({1, 2, 3}), pose);
   expect_sound(moved, 1e-14);

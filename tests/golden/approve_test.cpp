@@ -58,7 +58,7 @@ TEST_F(ApproveTest, MakesGoldensOnceWithProvenance) {
   EXPECT_FALSE(sidecar.at("made_with").at("compiler").get<std::string>().empty());
 }
 
-TEST_F(ApproveTest, WritesOnlyWhatDiffers) {
+TEST_F(ApproveTest, WritesOnlyDifferingFiles) {
   suite_.make_goldens();
   const auto before = goldens();
   fs::remove(suite_.image(10));

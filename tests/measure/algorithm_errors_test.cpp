@@ -111,7 +111,7 @@ TEST(Ablation, WithAllOfA4sIsA4) {
   EXPECT_LT(position_difference(all, run(sliding_box(), of_a4({}), 1.0 / 3)), 1e-12);  // measured 0
 }
 
-TEST(Ablation, EachApproximationHasACostOfItsOwn) {
+TEST(Ablation, ApproximationsDifferInCost) {
   // ablation_costs() runs for a second, 60 steps.
   const std::vector<double> costs = ablation_costs(tumbling_chain(), 4, 1);
   const auto cost = [&](Approximation approximation) {

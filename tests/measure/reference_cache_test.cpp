@@ -110,7 +110,7 @@ TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
 }
 
 /// Changes gravity after loading, which the scene's hash does not show.
-TEST(CachedReference, IsReadForOneHashAndComputedForAnother) {
+TEST(CachedReference, DependsOnSceneHash) {
   const test::TemporaryFolder folder;
   const ReferenceCache cache(folder.path());
   for (const char* const name : {"box_stack", "tumbling_body"}) {

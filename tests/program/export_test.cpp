@@ -170,7 +170,7 @@ TEST_F(Export, KeepsMaterialsAndLights) {
 
 using Player = Program;
 
-TEST_F(Player, IsOneFileThatNamesNoOther) {
+TEST_F(Player, IsSelfContained) {
   const std::string words = "player $S/rod_chain.gltf --duration 0.2 --title '</script><a>' --output a.html";
   expect(words, 0, {"wrote a.html"});
   EXPECT_EQ(files(), std::vector<std::string>{"a.html"});

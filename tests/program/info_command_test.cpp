@@ -22,7 +22,7 @@ class InfoCommand : public Program {
   }
 };
 
-TEST_F(InfoCommand, PrintsSceneAndWhatIsModelled) {
+TEST_F(InfoCommand, PrintsSceneAndModel) {
   const Outcome outcome = expect("info $S/rod_chain.gltf", 0, {"rod_chain: ", "modelled: ", "\njoints:\n"});
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, testing::Not(HasSubstr(" parts: ")));
@@ -112,7 +112,7 @@ TEST_F(InfoCommand, RefusesUnusableFiles) {
   expect_refused({"info", mesh("gear.stl"), "--rotate", "1,2"}, "--rotate");
 }
 
-TEST_F(InfoCommand, RunsMeshAndDrawsItsLogWithTheSameOptions) {
+TEST_F(InfoCommand, RunsAndDrawsMeshWithSameOptions) {
   const std::string ball = quoted(mesh("dodecahedron.ply"));
   printed("run " + ball + " --duration 0.1 --copies 2 --output two.poses");
   const std::string draw = "render two.poses --size 64x36 --scene " + ball;

@@ -87,7 +87,7 @@ std::string printed(const PageTable& table) {
 
 class EachPage : public testing::TestWithParam<std::string> {};
 
-TEST_P(EachPage, HoldsWhatTheProgramPrints) {
+TEST_P(EachPage, EqualsProgramOutput) {
   const std::string page = content_of(page_file(GetParam())).value_or("");
   const std::vector<PageTable> tables = tables_of(page);
   EXPECT_FALSE(tables.empty());

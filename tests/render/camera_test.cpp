@@ -136,7 +136,7 @@ TEST_F(SteppedBackView, HoldsTheLastBodyThatLeaves) {
   EXPECT_GT(std::abs(p.x), 0.8);
 }
 
-TEST_F(SteppedBackView, HoldsPostsButNotWhatIsLongerThanThePictureIsWide) {
+TEST_F(SteppedBackView, HoldsPostsButNoLongRails) {
   const auto steps_by = [&](double its_aspect, const Vector3& size, const Vector3& position) {
     scene_ = three_shapes();
     View near = view(its_aspect);
@@ -177,7 +177,7 @@ TEST(ShadowView, HoldsAllPointsInItsMiddle) {
   }
 }
 
-TEST(ShadowView, LooksAtWhatIsInFrontOfALampAmongThem) {
+TEST(ShadowView, LampViewIgnoresPointsBehindIt) {
   const ShadowView view =
       fit_lamp_view({0, 0, 0}, std::vector<glm::dvec3>{{-4, 0, 0.5}, {4, 0, 0.5}, {0, 0, 5}, {0, 1, -1}});
   EXPECT_NEAR(view.width, 6.6, 1e-12);

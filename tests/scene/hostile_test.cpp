@@ -313,7 +313,7 @@ TEST_F(Glb, RefusesFileWithoutChunks) {
               HasSubstr("chunk 0 has no whole header"));
 }
 
-/// The example with a texture.
+/// Returns the example with a texture.
 json textured() {
   // The first bytes of every PNG file, in base64: loading decodes no more.
   return edited(R"(/images = [{"uri": "data:image/png;base64,iVBORw0KGgo="}];

@@ -160,7 +160,7 @@ constexpr double bouncing_radius = 0.13;
 constexpr double drop = 1.07;  // m, of the ball's lowest point
 const Quaternion tilts[] = {Quaternion::Identity(), rotation_quaternion({0.5, 0.3, -0.4})};
 
-/// A ball of 0.7 kg above a plane that is tilted; gravity is along the plane's normal.
+/// Returns a ball of 0.7 kg above a tilted plane; gravity is along the plane's normal.
 Scene bouncing_ball(double restitution, const Quaternion& tilt) {
   Scene scene = test::floor_scene(0.4);
   scene.colliders[0].placement.orientation = tilt;

@@ -25,7 +25,7 @@ Settings with(Algorithm algorithm, int substeps) {
   return settings;
 }
 
-/// A body of 3 kg that a joint holds in one direction, off the axes, `off` m from where it is to be.
+/// Returns a body of 3 kg that a joint holds in one general direction, with an error of `off` m.
 Scene held_in_one_direction(double off, double gravity) {
   Scene scene = test::empty_scene();
   Body body;
