@@ -30,8 +30,8 @@ struct Simulation::Implementation {
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
     build_blocks(problem, is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows);
-    // A5 scales its sum of velocities by one τ/κ. That is the joints', and contacts with another one undo the
-    // difference; without joints it is the contacts'.
+    // A5 scales its sum of velocities by the joints' τ/κ, and contacts with another ratio undo the
+    // difference. Without joints it uses the contacts' ratio.
     if (problem.c.blocks.empty()) {
       const auto [tau, kappa] = settings.of_contacts();
       settings.tau = tau;
@@ -47,7 +47,7 @@ struct Simulation::Implementation {
     most_equal_parts = equal_parts;
   }
 
-  /// Reserves the memory of steps, so that steps after the first allocate none.
+  /// Reserves memory, so that steps after the first allocate none.
   void reserve() {
     const std::size_t contacts = model.contacts ? 16 * scene.colliders.size() : 0;  // as ContactFinder does
     state.contacts.reserve(contacts);
@@ -65,10 +65,9 @@ struct Simulation::Implementation {
       v->resize(state.v.size());
   }
 
-  /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
-  /// coordinates of the start, so that frequencies above 2/h diverge. A swinging body pulls with at most
-  /// three times its weight, which raises frequencies by √3. So the weights at the scene's start may cause at
-  /// most 1/h.
+  /// Sets how many equal parts a step has. A1 and A2 evaluate the geometric stiffness of taut joints at the
+  /// step's start, so that frequencies above 2/h diverge. A swinging body pulls with at most three times its
+  /// weight, which raises frequencies by √3. So frequencies at the scene's start may be at most 1/h.
   void divide_step() {
     if (std::ranges::find(model.locks, Lock::Kind::point, &Lock::kind) == model.locks.end()) return;
     follows_tension = is_direct;
@@ -110,8 +109,8 @@ struct Simulation::Implementation {
     ++steps;
   }
 
-  /// Takes an equal part of the step at once. Where an impact turns a body aside into another one, the part
-  /// is taken to that impact, and continued from there.
+  /// Takes an equal part of the step. Where an impact deflects a body into another one, the part stops at
+  /// that impact and continues from there.
   void take_equal_part() {
     tried_parts = 0;
     for (double rest = equal_part; rest > 0;) {
@@ -122,7 +121,8 @@ struct Simulation::Implementation {
     }
   }
 
-  /// Advances the state by `rest`, or by the part of it for which its contacts hold. Returns the advance, s.
+  /// Advances the state by `rest`, or by the part of it during which its contacts hold. Returns the advance,
+  /// s.
   double take_part(double rest) {
     constexpr int most_parts = 64;
     const double shortest = 1e-6 * equal_part;
@@ -166,7 +166,7 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`, with the contacts that were found for it.
   void take(double duration) {
     if (model.contacts) {
-      // Descendants have rows of their own for contacts, and A1 solves all points.
+      // Leave out descendants, which have their own contact rows, and patches in A1, which solves all points.
       if (!is_descendant) build_contacts(problem, is_direct ? no_coordinates : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       for (const PatchShape& patch : problem.c.contacts.shapes) {
@@ -310,23 +310,23 @@ struct Simulation::Implementation {
   State state;
   std::vector<Coordinates> before_q;
   std::vector<Velocity> before_v;
-  State start;                            ///< of a part of a step: coordinates and velocities
-  std::vector<ContactMemory> remembered;  ///< of the contacts at its end
+  State start;                            ///< coordinates and velocities at the current part's start
+  std::vector<ContactMemory> remembered;  ///< contact cache at the current part's end
   std::vector<PatchShape> remembered_patches;
   std::vector<double> remembered_joints;
   Settings part_settings;
   bool is_warm = false;  ///< the last step's impulses are remembered
-  /// The largest step times frequency of a swing; explicit steps diverge above 2.
+  /// Largest h ω of a swing, ω in rad/s; explicit steps diverge above 2.
   static constexpr double allowed_swing = 1.7;
-  static constexpr double most_divided = 64;     ///< parts of a step
-  bool follows_tension = false;                  ///< A1's steps do, where some joint locks a point
+  static constexpr double most_divided = 64;     ///< most equal parts of a step
+  bool follows_tension = false;                  ///< A1 with a joint that locks a point
   std::vector<Matrix3> stiffness;                ///< by body
-  int equal_parts = 1;                           ///< of a step, at least
-  int most_equal_parts = 1;                      ///< that a step had so far
-  double equal_part = 0;                         ///< s
-  int tried_parts = 0;                           ///< of the equal part
+  int equal_parts = 1;                           ///< of a step; least number
+  int most_equal_parts = 1;                      ///< largest number so far
+  double equal_part = 0;                         ///< duration of each, s
+  int tried_parts = 0;                           ///< in the current equal part
   std::vector<bool> is_jointed;                  ///< by body
-  std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
+  std::vector<ContactImpulse> earlier_impulses;  ///< of all parts of the step but the last
   bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
   bool is_direct;      ///< A1
   bool is_descendant;  ///< Soft Step, AVBD

@@ -44,7 +44,7 @@ struct MeasureOptions {
   std::optional<fs::path> run;
 };
 
-/// Returns the usual settings with the typed ones.
+/// Returns the usual settings, with those of the command line.
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
   Settings settings = usual_settings(scene, algorithm);
   options.solver.apply_to(settings);
@@ -57,9 +57,8 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   return settings;
 }
 
-/// Returns A1 with steps so small that it has as many row solves as the others have, a hundredth more at
-/// most; nothing where it has them at its own step. Rows of contacts are counted once a pivot, so their
-/// number must be measured.
+/// Returns A1 with the smallest step that has at most 1 % more row solves than `rows`; nothing where that is
+/// its own step. Row solves of contacts depend on the active sets, so they must be measured.
 std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMotion& reference,
                                            std::int64_t rows, const MeasuredSettings& direct) {
   const auto most = static_cast<double>(rows) * 1.01;
@@ -73,7 +72,7 @@ std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMo
   return std::nullopt;
 }
 
-/// Returns the reference as CSV: a line a sample and body.
+/// Returns the reference as CSV: a line per sample and body.
 std::string reference_csv(const Scene& scene, const ReferenceMotion& reference) {
   std::string text = fmt::format("{},position_uncertainty,turn_uncertainty\n", csv_columns);
   for (std::size_t k = 0; k < reference.uncertainties.size(); ++k) {
@@ -103,7 +102,7 @@ void write_reference(const MeasureOptions& options, const Scene& scene) {
   }
   if (reference.horizon == 0) {
     fmt::print(stderr,
-               "substep: {}: no reference: {} and half its steps part at once, at {}; nothing is written\n",
+               "substep: {}: no reference: {} and half its steps differ at once, at {}; nothing is written\n",
                scene.name, reference.method, reference.divergence_point);
     throw CLI::RuntimeError(1);
   }
@@ -122,11 +121,11 @@ std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene
     runs.push_back({settings_of(options, scene, algorithm), "", {}, {}});
     if (options.equal_rows && algorithm == Algorithm::a2) {
       Settings& swept = runs.back().settings;
-      // Beside n·m sweeps of one step, one sweep of each n·m-th of it has as many row solves.
+      // Also measure one sweep per step of h/(n·m), with as many row solves as n·m sweeps per step of h.
       Settings in_steps = swept;
       in_steps.step /= swept.iterations;
       in_steps.iterations = 1;
-      // Count the parts of a step, which taut joints may divide.
+      // Divide by the parts of a step, which taut joints may divide.
       swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
       runs.push_back({in_steps, "", {}, {}});
     }
@@ -160,7 +159,7 @@ void measure_runs(const MeasureOptions& options, const Scene& scene, std::vector
   for (MeasuredSettings& run : runs) run.times = time_run(scene, run.settings, options.times);
 }
 
-/// Throws Error for options that cannot be used, or not together.
+/// Throws Error for options that cannot be used, or not with each other.
 void check_options(const MeasureOptions& options, const Scene& scene) {
   if (!(scene.duration >= scene.step && scene.duration <= 3600)) {
     throw Error(
@@ -215,7 +214,7 @@ void measure_scene(const MeasureOptions& options) {
 void add_measure_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("measure",
                                                "Measure a scene with all five algorithms: errors, where they "
-                                               "come from, invariants, what is known, cost");
+                                               "come from, invariants, known figures, cost");
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
   options->solver.add_to(*command);
@@ -237,11 +236,11 @@ void add_measure_command(CLI::App& app) {
   command->add_option("--reference", options->reference,
                       "Measure nothing, but write the reference's motion to this .csv file");
   command->footer(
-      "The reference has no step's error. Of scenes without contacts it is an integrator's of order 12 in "
-      "which joints hold to rounding; with contacts it is A1's at steps halved again and again, extrapolated "
-      "to step zero. Its table has a line for each step of the scene and each body: what 'run --csv' writes, "
-      "and by how much any body may be off until then (m, rad). It ends where refinements differ by 2e-5 of "
-      "the scene's size; where they do so at once nothing is written, and the code is 1.\n"
+      "The reference has no time-step error. Without contacts it is an integrator of order 12 in which "
+      "joints hold to rounding; with contacts it is A1 at repeatedly halved steps, extrapolated to step "
+      "zero. Its table has a line for each step of the scene and each body: the columns of 'run --csv', and "
+      "the uncertainty of all bodies until then (m, rad). It ends where refinements differ by 2e-5 of the "
+      "scene's size; where they do so at once nothing is written, and the code is 1.\n"
       "A2 gets n·m iterations, as many row solves as A3 to A5, where n or m is given.\n"
       "Without --times the output is the same to the last byte, in every run and on every machine.\n"
       "Example:\n  substep measure scenes/rod_chain.gltf --substeps 4\n"

@@ -35,7 +35,7 @@ const char* verdict(const MlcpReport& report, const ConeError& error) {
              : "not solved";
 }
 
-/// Solves the file's problem; a row of the table. `is_solved` becomes false where it is not.
+/// Solves the file's problem and returns its row of the table. Sets `is_solved` to false where it is not.
 std::vector<std::string> solve_file(const fs::path& file, const FrozenProblem& problem, bool& is_solved) {
   std::vector<double> lambda;
   const std::clock_t begin = std::clock();
@@ -95,11 +95,10 @@ void add_mlcp_command(CLI::App& app) {
                       "Solve nothing, but write the problem in Siconos' plain text");
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
   command->footer(
-      "A1's solver solves it. The natural map's error is that of Siconos, relative to the largest of |q|, "
-      "|r| and "
-      "|u|, and is computed by another formula than the solver's; with at most 1e-8 the problem is solved, "
-      "else "
-      "the code is 1. Of one file a second table has the error of row-by-row sweeps, as A2's.\n"
+      "Solves with A1's solver. The natural-map error is that of Siconos, relative to the largest of |q|, "
+      "|r| and |u|, by another formula than the solver's. Up to 1e-8 the problem counts as solved; "
+      "otherwise the code is 1. For one file a second table lists the error of row-by-row sweeps, as in "
+      "A2.\n"
       "Example:\n  substep mlcp box_stack.a1.poses.txt.unsolved.txt");
   command->callback([options] { mlcp(*options); });
 }

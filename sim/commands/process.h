@@ -1,15 +1,16 @@
 #pragma once
-/// Sets up the process: open standard streams, and an end that leaves nothing half-written and prints a
+/// Sets up the standard streams, and an end of the process that leaves no half-written files and prints a
 /// message.
 
 namespace substep {
 
-/// Exit code of input that cannot be used, or is missing.
+/// Exit code for input that is missing or cannot be used.
 inline constexpr int bad_input = 2;
 
-/// Sets up streams and signals; call it first. Keeps the numbers of closed standard streams from files.
-/// SIGINT, SIGTERM and SIGHUP remove half-written files before they end the process; so do SIGPIPE, silently,
-/// and a fault in a library, with a sentence. A limit of file size is an error and no signal.
+/// Sets up streams and signals; call it first. Opens closed standard streams, so that no file gets their
+/// numbers. SIGINT, SIGTERM, SIGHUP, SIGPIPE and a fault in a library remove half-written files before they
+/// end the process; SIGPIPE is silent, a fault prints a message. Reaching the limit of file size is an error,
+/// not a signal.
 void prepare_process();
 
 /// Throws Error where output to standard output was lost.

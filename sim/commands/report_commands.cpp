@@ -61,14 +61,13 @@ void published(PublishedCommandOptions options) {
 
 void add_claims_command(CLI::App& report) {
   CLI::App* const command =
-      report.add_subcommand("claims", "Measure what the report claims of its algorithms; print the tables");
+      report.add_subcommand("claims", "Measure the report's claims about its algorithms; print the tables");
   const auto options = std::make_shared<ClaimsOptions>();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
   options->output.add_to(*command);
   command->footer(
-      "A claim that does not hold is a finding: the code is 0 all the same. Timings, marked by ~, differ "
-      "from\n"
-      "run to run; all else is the same.\n"
+      "A claim that does not hold is a finding: the code is still 0. Only timings, marked by ~, differ from "
+      "run to run.\n"
       "Example:\n  substep report claims");
   command->callback([options] { claims(*options); });
 }
@@ -77,8 +76,7 @@ void add_published_command(CLI::App& report) {
   CLI::App* const command = report.add_subcommand(
       "published", "Measure scenes that others published with a result; print the tables");
   const auto options = std::make_shared<PublishedCommandOptions>();
-  command->add_option("file", options->file, "What was reported and what is run, .toml")
-      ->capture_default_str();
+  command->add_option("file", options->file, "Reported results and our runs, .toml")->capture_default_str();
   command->add_flag("--quick", options->measure.quick, "Only the runs that take a few seconds");
   command->add_option("--only", options->measure.only, "Only results with this in their name");
   command->add_option("--threads", options->measure.threads, "Runs at a time")
@@ -86,9 +84,8 @@ void add_published_command(CLI::App& report) {
       ->capture_default_str();
   options->output.add_to(*command);
   command->footer(
-      "A result that is not met is a finding: the code is 0 all the same. Times, marked by ~, differ from "
-      "run to run; "
-      "all else is the same.\n"
+      "A result that is not met is a finding: the code is still 0. Only times, marked by ~, differ from run "
+      "to run.\n"
       "Example:\n  substep report published --quick");
   command->callback([options] { published(*options); });
 }

@@ -309,8 +309,8 @@ void add_to_biases(ContactBatches& contacts, double share, const std::vector<Vel
 
 /// Sets the bias of friction that slides to 0, or to J̆ sv with A5's sum of velocities `sum_v`. Its
 /// displacement counts from `offset`, the sum of velocities since the formulation.
-void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
-                       const std::vector<Velocity>& offset);
+void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
+                     const std::vector<Velocity>& offset);
 
 /// Sets the impulses of the contacts in the sub-step before the step's first, of `duration` seconds, from the
 /// forces of Contact and PatchShape. `scale`: the factor of A5's impulses relative to λ□.

@@ -50,8 +50,8 @@ struct RelativeMotion {
 }
 
 /// Returns J v of all six rows.
-[[gnu::always_inline]] inline RelativeMotion relative_motion(const Patch& patch, const Moving& a,
-                                                             const Moving& b) {
+[[gnu::always_inline]] inline RelativeMotion relative_motion(const Patch& patch, const BodyVelocities& a,
+                                                             const BodyVelocities& b) {
   const LaneVectors linear = along(patch.in_world, a.linear - b.linear);
   const LaneVectors turn_a = along(patch.in_a, a.angular);
   const LaneVectors turn_b = along(patch.in_b, b.angular);
@@ -70,7 +70,7 @@ struct RelativeMotion {
 
 /// Applies v ← v + M⁻¹Jᵀ (normals, friction).
 [[gnu::always_inline]] inline void give(const ContactBatch& x, const Patch& patch, const LaneVectors& normals,
-                                        const LaneVectors& friction, Moving& a, Moving& b) {
+                                        const LaneVectors& friction, BodyVelocities& a, BodyVelocities& b) {
   const LaneVectors force{{normals[0], friction[0], friction[1]}};
   const LaneVectors torque{{friction[2], normals[1], normals[2]}};
   const LaneVectors push = composed(patch.in_world, force);

@@ -11,8 +11,9 @@ namespace {
 constexpr int normal_sweeps = 8;
 
 /// Applies v ← v + M⁻¹J_xᵀ impulse.
-[[gnu::always_inline]] inline void apply(const Visit& at, const LaneVectors& direction, const ContactRow& row,
-                                         const Lanes& impulse, Moving& a, Moving& b) {
+[[gnu::always_inline]] inline void apply(const KernelData& at, const LaneVectors& direction,
+                                         const ContactRow& row, const Lanes& impulse, BodyVelocities& a,
+                                         BodyVelocities& b) {
   const ContactBatch& x = at.x;
   const Lanes impulse_a = x.inverse_mass_a * impulse;
   const Lanes impulse_b = x.inverse_mass_b * impulse;
@@ -29,8 +30,8 @@ constexpr int normal_sweeps = 8;
 /// Returns what the velocity of a point's row lacks: of its normal, k = 0, or a tangent. An impact is solved
 /// at once in its sub-step: κ < 1 would leave a part of it to later sub-steps, of which the step may have
 /// none.
-template <Kind kind>
-[[gnu::always_inline]] inline Lanes missing(const Visit& at, int i, int k, const ContactRow& row,
+template <KernelKind kind>
+[[gnu::always_inline]] inline Lanes missing(const KernelData& at, int i, int k, const ContactRow& row,
                                             const Lanes& velocity) {
   const Lanes missing = times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.rows.restitutions) return missing;
@@ -45,7 +46,7 @@ template <Kind kind>
 /// A sweep waits for one impulse after the other. Each row therefore subtracts the impulse just before it
 /// last, so that only a product, a difference and a comparison wait for it.
 template <int known>
-[[gnu::always_inline]] inline void solve_block(const Visit& at, int count, const Lanes* wanted,
+[[gnu::always_inline]] inline void solve_block(const KernelData& at, int count, const Lanes* wanted,
                                                const Lanes* least, Lanes* change) {
   if constexpr (known) count = known;
   for (int i = 0; i < count; ++i) {
@@ -65,8 +66,8 @@ template <int known>
 }
 
 /// Changes the i-th normal's impulse within its limit. Returns the change times the scale.
-template <Kind kind>
-[[gnu::always_inline]] inline Lanes take(const Visit& at, int i, int count, const Lanes& change,
+template <KernelKind kind>
+[[gnu::always_inline]] inline Lanes take(const KernelData& at, int i, int count, const Lanes& change,
                                          Lanes& most) {
   NormalRow& normal = at.rows.normals[i];
   const Lanes before = normal.row.impulse;
@@ -80,8 +81,9 @@ template <Kind kind>
 }
 
 /// Solves the block of normals from the velocities, and applies its impulses to them.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
+template <KernelKind kind, int known>
+[[gnu::always_inline]] inline void solve_normal_block(const KernelData& at, BodyVelocities& a,
+                                                      BodyVelocities& b, Lanes& most) {
   const int count = known ? known : at.x.contacts;
   constexpr int room = known ? known : most_in_manifold;
   Lanes wanted[room];  // changes of the impulses: of each alone, the least allowed, and the solution
@@ -100,8 +102,9 @@ template <Kind kind, int known>
   }
 }
 
-template <Kind kind>
-[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most) {
+template <KernelKind kind>
+[[gnu::always_inline]] inline void solve_normals(const KernelData& at, BodyVelocities& a, BodyVelocities& b,
+                                                 Lanes& most) {
   switch (at.x.contacts) {
     case 1:
       return solve_normal_block<kind, 1>(at, a, b, most);
@@ -141,8 +144,8 @@ struct Tangential {
 
 /// Solves the i-th point's friction, two rows as one block within the disc of its normal's impulse. Returns
 /// the change of its impulses times the scale.
-template <Kind kind>
-[[gnu::always_inline]] inline Tangential solve_disc(const Visit& at, int i, const Tangential& missing,
+template <KernelKind kind>
+[[gnu::always_inline]] inline Tangential solve_disc(const KernelData& at, int i, const Tangential& missing,
                                                     Lanes& most, Lanes& any_slides) {
   const Lanes zero = all(0);
   FrictionRows& rows = at.rows.frictions[i];
@@ -173,9 +176,9 @@ template <Kind kind>
 }
 
 /// Solves the i-th point's friction from the velocities, and applies its impulses to them.
-template <Kind kind>
-[[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
-                                                  Lanes& any_slides) {
+template <KernelKind kind>
+[[gnu::always_inline]] inline void solve_friction(const KernelData& at, int i, BodyVelocities& a,
+                                                  BodyVelocities& b, Lanes& most, Lanes& any_slides) {
   FrictionRows& rows = at.rows.frictions[i];
   const ContactDirections& along = at.rows.directions[i];
   const auto lacks = [&](int k) __attribute__((always_inline)) {
@@ -187,12 +190,13 @@ template <Kind kind>
 }
 
 /// Solves a batch by points. Returns whether any point continues to slide.
-template <Kind kind>
-[[gnu::always_inline]] inline bool solve_points(const Visit& at, std::vector<Velocity>& v, double* moved) {
+template <KernelKind kind>
+[[gnu::always_inline]] inline bool solve_points(const KernelData& at, std::vector<Velocity>& v,
+                                                double* moved) {
   Lanes most = all(0);
   Lanes any_slides = all(0);
-  Moving a = gather(v, at.x.a);
-  Moving b = gather(v, at.x.b);
+  BodyVelocities a = gather(v, at.x.a);
+  BodyVelocities b = gather(v, at.x.b);
   solve_normals<kind>(at, a, b, most);
   for (int i = 0; i < at.x.contacts && at.x.has_friction; ++i)
     solve_friction<kind>(at, i, a, b, most, any_slides);
@@ -203,8 +207,8 @@ template <Kind kind>
 }
 
 /// Solves a batch. For four corners, which boxes have, the kernel knows their number when it is compiled.
-template <Kind kind>
-[[gnu::always_inline]] inline bool solve_batch(ContactBatches& contacts, const Visit& at,
+template <KernelKind kind>
+[[gnu::always_inline]] inline bool solve_batch(ContactBatches& contacts, const KernelData& at,
                                                std::vector<Velocity>& v, double* moved) {
   if (at.x.patch < 0) return solve_points<kind>(at, v, moved);
   Patch& patch = contacts.patches[at.x.patch];
@@ -213,19 +217,19 @@ template <Kind kind>
   return solve_patch<kind, 0>(at, corners, patch, v, moved);
 }
 
-[[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const Visit& at,
+[[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const KernelData& at,
                                              std::vector<Velocity>& v, double* moved) {
   const RowSolve& how = at.how;
   const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1;
-  if (moved || !by_one) return solve_batch<any_kind>(contacts, at, v, moved);
-  return solve_batch<plain>(contacts, at, v, nullptr);
+  if (moved || !by_one) return solve_batch<general>(contacts, at, v, moved);
+  return solve_batch<unscaled>(contacts, at, v, nullptr);
 }
 
 }  // namespace
 
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved) {
-  const Visit at{x, how, contacts.points_of(x)};
+  const KernelData at{x, how, contacts.points_of(x)};
   const bool slides =
       run_wide([&]() __attribute__((always_inline)) { return solve_any(contacts, at, v, moved); });
   contacts.slides[&x - contacts.batches.data()] = slides ? 1 : 0;

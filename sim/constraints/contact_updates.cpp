@@ -13,8 +13,8 @@ namespace {
 [[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double share,
                                                        const std::vector<Velocity>& change) {
   for (const ContactBatch& x : contacts.batches) {
-    const Moving a = gather(change, x.a);
-    const Moving b = gather(change, x.b);
+    const BodyVelocities a = gather(change, x.a);
+    const BodyVelocities b = gather(change, x.b);
     if (x.patch < 0) {
       for_each_row(
           contacts, x, x.contacts,
@@ -42,11 +42,11 @@ namespace {
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
-    const Moving a = gather(sum_v ? *sum_v : offset, x.a);
-    const Moving b = gather(sum_v ? *sum_v : offset, x.b);
+    const BodyVelocities a = gather(sum_v ? *sum_v : offset, x.a);
+    const BodyVelocities b = gather(sum_v ? *sum_v : offset, x.b);
     const Lanes share = all(sum_v ? 1 : 0);
-    const Moving offset_a = gather(offset, x.a);
-    const Moving offset_b = gather(offset, x.b);
+    const BodyVelocities offset_a = gather(offset, x.a);
+    const BodyVelocities offset_b = gather(offset, x.b);
     if (x.patch >= 0) {
       Patch& patch = contacts.patches[x.patch];
       const auto lets_go = keeps_sliding(patch) > all(0);
@@ -125,12 +125,12 @@ template <typename Mask>
                                                  const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   const PointRows rows = contacts.points_of(x);
-  const Moving a = gather(v, x.a);
-  const Moving b = gather(v, x.b);
-  const Moving offset_a = gather(offset, x.a);
-  const Moving offset_b = gather(offset, x.b);
-  const Moving sum_a = gather(sum_v ? *sum_v : v, x.a);
-  const Moving sum_b = gather(sum_v ? *sum_v : v, x.b);
+  const BodyVelocities a = gather(v, x.a);
+  const BodyVelocities b = gather(v, x.b);
+  const BodyVelocities offset_a = gather(offset, x.a);
+  const BodyVelocities offset_b = gather(offset, x.b);
+  const BodyVelocities sum_a = gather(sum_v ? *sum_v : v, x.a);
+  const BodyVelocities sum_b = gather(sum_v ? *sum_v : v, x.b);
   for (int i = 0; i < x.contacts; ++i) {
     NormalRow& normal = rows.normals[i];
     RestitutionRow& row = rows.restitutions[i];
@@ -206,8 +206,8 @@ void add_to_biases(ContactBatches& contacts, double share, const std::vector<Vel
   run_wide([&]() __attribute__((always_inline)) { add_to_biases_lanes(contacts, share, change); });
 }
 
-void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
-                       const std::vector<Velocity>& offset) {
+void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
+                     const std::vector<Velocity>& offset) {
   run_wide([&]() __attribute__((always_inline)) { let_go_of_sliding_lanes(contacts, hs, sum_v, offset); });
 }
 

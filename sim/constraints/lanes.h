@@ -17,7 +17,8 @@ namespace substep {
   return Lanes{value, value, value, value};
 }
 
-/// Selects `yes` where `mask` is all ones, else `no`. Computes with neither, so a NaN stays in its lane.
+/// Returns `yes` in lanes where `mask` is all ones, else `no`. Does no arithmetic, so a NaN stays in its
+/// lane.
 template <typename Mask>
 [[gnu::always_inline]] inline Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
   return mask ? yes : no;
@@ -29,7 +30,7 @@ template <typename Mask>
   return {{choose(mask, yes[0], no[0]), choose(mask, yes[1], no[1]), choose(mask, yes[2], no[2])}};
 }
 
-/// Returns true where any lane of a comparison holds.
+/// Returns true if a comparison holds in any lane.
 template <typename Mask>
 [[gnu::always_inline]] inline bool any(const Mask& mask) {
   using Two = double __attribute__((vector_size(16)));
@@ -74,7 +75,7 @@ template <typename Mask>
   return {{factor * v[0], factor * v[1], factor * v[2]}};
 }
 
-/// Returns the products of components.
+/// Returns the component-wise product.
 [[gnu::always_inline]] inline LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}};
 }
@@ -85,61 +86,61 @@ template <typename Mask>
            Lanes{v0.z(), v1.z(), v2.z(), v3.z()}}};
 }
 
-/// The velocities of one of the bodies of each manifold.
-struct Moving {
+/// Velocities of body a, or of body b, of each manifold.
+struct BodyVelocities {
   LaneVectors linear;
   LaneVectors angular;
 };
 
 /// Two neighbouring components of a body's velocity. Velocities are loaded and stored in pairs, since a
-/// processor forwards a store to a load only where both are of the same bytes.
+/// processor forwards a store only to a load of the same bytes.
 using Pair = double __attribute__((vector_size(16)));
 constexpr int pairs_of_velocity = 3;
 
-[[gnu::always_inline]] inline Moving gather(const std::vector<Velocity>& v,
-                                            const std::array<int, lanes>& body) {
+[[gnu::always_inline]] inline BodyVelocities gather(const std::vector<Velocity>& v,
+                                                    const std::array<int, lanes>& body) {
   Lanes component[2 * pairs_of_velocity];
   for (int k = 0; k < pairs_of_velocity; ++k) {
-    Pair of[lanes];
+    Pair pair[lanes];
     for (int lane = 0; lane < lanes; ++lane)
-      std::memcpy(&of[lane], v[body[lane]].linear.data() + 2 * k, sizeof(Pair));
-    const Lanes even = __builtin_shufflevector(of[0], of[2], 0, 1, 2, 3);
-    const Lanes odd = __builtin_shufflevector(of[1], of[3], 0, 1, 2, 3);
+      std::memcpy(&pair[lane], v[body[lane]].linear.data() + 2 * k, sizeof(Pair));
+    const Lanes even = __builtin_shufflevector(pair[0], pair[2], 0, 1, 2, 3);
+    const Lanes odd = __builtin_shufflevector(pair[1], pair[3], 0, 1, 2, 3);
     component[2 * k] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
     component[2 * k + 1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
   }
   return {{{component[0], component[1], component[2]}}, {{component[3], component[4], component[5]}}};
 }
 
-[[gnu::always_inline]] inline void scatter(const Moving& from, const std::array<int, lanes>& body, int count,
-                                           std::vector<Velocity>& v) {
+[[gnu::always_inline]] inline void scatter(const BodyVelocities& from, const std::array<int, lanes>& body,
+                                           int count, std::vector<Velocity>& v) {
   const Lanes component[2 * pairs_of_velocity] = {from.linear[0],  from.linear[1],  from.linear[2],
                                                   from.angular[0], from.angular[1], from.angular[2]};
-  Pair of[pairs_of_velocity][lanes];
+  Pair pair[pairs_of_velocity][lanes];
   for (int k = 0; k < pairs_of_velocity; ++k) {
     const Lanes even = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 0, 4, 2, 6);
     const Lanes odd = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 1, 5, 3, 7);
-    of[k][0] = __builtin_shufflevector(even, even, 0, 1);
-    of[k][1] = __builtin_shufflevector(odd, odd, 0, 1);
-    of[k][2] = __builtin_shufflevector(even, even, 2, 3);
-    of[k][3] = __builtin_shufflevector(odd, odd, 2, 3);
+    pair[k][0] = __builtin_shufflevector(even, even, 0, 1);
+    pair[k][1] = __builtin_shufflevector(odd, odd, 0, 1);
+    pair[k][2] = __builtin_shufflevector(even, even, 2, 3);
+    pair[k][3] = __builtin_shufflevector(odd, odd, 2, 3);
   }
   for (int lane = 0; lane < lanes; ++lane) {
     if (lane >= count) break;
     for (int k = 0; k < pairs_of_velocity; ++k)
-      std::memcpy(v[body[lane]].linear.data() + 2 * k, &of[k][lane], sizeof(Pair));
+      std::memcpy(v[body[lane]].linear.data() + 2 * k, &pair[k][lane], sizeof(Pair));
   }
 }
 
 /// Returns J_x v.
 [[gnu::always_inline]] inline Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
-                                                 const Moving& a, const Moving& b) {
+                                                 const BodyVelocities& a, const BodyVelocities& b) {
   return dot(direction, a.linear - b.linear) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
 }
 
-/// Returns 1 where a point or patch continues to slide and restores no displacement, else 0. One that only
-/// begins to slide may do so for want of its normal's impulse, which one sweep leaves short, and keeps its
-/// displacement.
+/// Returns 1 where a point or patch slides as it did in the last step, and restores no displacement; else 0.
+/// A point that begins to slide keeps its displacement, since its normal impulse may be too small after one
+/// sweep.
 template <typename Friction>
 [[gnu::always_inline]] inline Lanes keeps_sliding(const Friction& friction) {
   return friction.slides * friction.slid;
@@ -147,7 +148,7 @@ template <typename Friction>
 
 using FourContacts = std::array<const Contact*, lanes>;
 
-/// Returns the i-th contact of each manifold; of those that have no more, the last.
+/// Returns the i-th contact of each manifold, or its last one where it has fewer.
 [[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
                                                        const std::vector<Contact>& found) {
   const auto of_lane = [&](int lane) {
@@ -160,14 +161,14 @@ using FourContacts = std::array<const Contact*, lanes>;
   return gather(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
 }
 
-/// Returns a number of each contact; true is 1.
+/// Returns a member of each contact as a number; true is 1.
 template <typename Number>
 [[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, Number Contact::*member) {
   return Lanes{static_cast<double>(contact[0]->*member), static_cast<double>(contact[1]->*member),
                static_cast<double>(contact[2]->*member), static_cast<double>(contact[3]->*member)};
 }
 
-/// A matrix of each of four, by columns.
+/// Four 3×3 matrices, by columns.
 struct LaneMatrices {
   LaneVectors column[3];
 };
@@ -201,22 +202,22 @@ struct LaneMatrices {
   return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
 }
 
-/// The data that a step's rows are formulated from.
+/// The input of a formulation of a step's rows.
 struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
   const std::vector<Matrix3>& rotations;
   double hs;
-  bool anew;  ///< the step's rows were formulated before
+  bool anew;  ///< true where the step's rows were formulated before
   const std::vector<Matrix3>& first_rotations;
 };
 
-/// The bodies' part of a batch's formulation.
+/// Quantities of a batch's bodies that its rows are formulated from.
 struct BatchBodies {
   LaneMatrices rotation_a;
   LaneMatrices rotation_b;
   LaneVectors offset;  ///< from b's centre of mass to a's
-  Lanes inverse_mass;  ///< both bodies'
+  Lanes inverse_mass;  ///< sum of both bodies'
 };
 
 [[gnu::always_inline]] inline BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
@@ -232,28 +233,29 @@ struct BatchBodies {
   return at;
 }
 
-/// Properties of a solution that are known where its kernel is compiled.
-struct Kind {
-  bool by_one;  ///< κ, τ and ω are 1, and multiply nothing
-  bool any;     ///< the largest change may be asked for
+/// Compile-time properties of a kernel.
+struct KernelKind {
+  bool by_one;  ///< κ, τ and ω are 1, and are left out
+  bool any;     ///< the caller may request the largest change
 };
-inline constexpr Kind plain{true, false};
-inline constexpr Kind any_kind{false, true};
+inline constexpr KernelKind unscaled{true, false};
+inline constexpr KernelKind general{false, true};
 
-template <Kind kind>
+template <KernelKind kind>
 [[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
   if constexpr (kind.by_one) return x;
   return all(factor) * x;
 }
 
 /// A kernel's data: a batch, the factors of its solution, and its rows if it is solved by points.
-struct Visit {
+struct KernelData {
   const ContactBatch& x;
   const RowSolve& how;
   PointRows rows;
 };
 
-/// Reduces the origin of friction where the normal impulse falls below that of the last slide, in proportion.
+/// Scales the origin of friction down where the normal impulse falls below that of the last slide, in
+/// proportion.
 template <typename Friction>
 [[gnu::always_inline]] inline void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;
@@ -263,8 +265,8 @@ template <typename Friction>
   friction.origin_normal *= fraction;
 }
 
-/// Raises the largest change of a velocity to the lanes' ones, if it is asked for.
-template <Kind kind>
+/// Raises `*moved` to the largest lane of `most`, if the caller requests it.
+template <KernelKind kind>
 [[gnu::always_inline]] inline void raise(const Lanes& most, double* moved) {
   if (!kind.any || !moved) return;
   for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);

@@ -1,4 +1,4 @@
-// The problem of a whole step for the direct solver, and the impulses of its solution.
+// Writes a step's rows as a problem for the direct solver, and stores the impulses of its solution.
 
 #include <algorithm>
 #include <limits>
@@ -30,7 +30,7 @@ class MlcpWriter {
     return mlcp_.rows.back();
   }
 
-  /// Adds the rows of a lane's manifold: of each point the normal, then its friction.
+  /// Adds the rows of a lane's manifold, point by point: the normal, then its friction.
   void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane) {
     const GivenBefore& before = contacts.given_before;
     const bool is_warm = before.points.size() == contacts.normals.size();
@@ -91,7 +91,7 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
 }
 
 void keep_impulses(const std::vector<double>& lambda, Constraints& c) {
-  std::size_t next = 0;  // as make_mlcp() lists rows
+  std::size_t next = 0;  // index in the order of make_mlcp()
   for (const Block& x : c.blocks) c.rows[x.first].impulse = lambda[next++];
   ContactBatches& contacts = c.contacts;
   for (const ContactBatch& x : contacts.batches) {

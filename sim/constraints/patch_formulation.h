@@ -1,5 +1,5 @@
 #pragma once
-/// s2 of patches. Part of contact_formulation.cpp.
+/// Formulates the rows of contact patches (s2). Part of contact_formulation.cpp.
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 
 namespace substep {
 
-/// Four patches' numbers, by a member of PatchShape.
+/// Four patches, whose members are read as lanes.
 struct FourShapes {
   std::array<const PatchShape*, lanes> shape;
 
@@ -24,14 +24,14 @@ struct FourShapes {
   }
 };
 
-/// Γ of a patch: the change of the motion at its centre by a wrench there.
+/// Γ of a patch: the change of the velocity at its centre by an impulsive wrench there.
 struct PatchGamma {
   Lanes linear_by_force[9];
-  Lanes linear_by_torque[9];  ///< transposed: turning by a force
+  Lanes linear_by_torque[9];  ///< its transpose is turning by a force
   Lanes turning_by_torque[9];
 };
 
-/// Adds one body's part.
+/// Adds one body's part to Γ.
 [[gnu::always_inline]] inline void add_body(const LaneVectors (&axes)[3], const LaneVectors& arm,
                                             const Lanes& inverse_mass, const LaneVectors& inverse_inertia,
                                             PatchGamma& gamma) {
@@ -58,7 +58,7 @@ struct PatchGamma {
   }
 }
 
-/// Inverts a symmetric matrix (11, 12, 13, 22, 23, 33); 0 where it is singular.
+/// Inverts a symmetric matrix (11, 12, 13, 22, 23, 33). The inverse of a singular one is 0.
 [[gnu::always_inline]] inline void invert(const Lanes (&s)[6], Lanes (&inverse)[6]) {
   inverse[0] = s[3] * s[5] - s[4] * s[4];
   inverse[1] = s[2] * s[4] - s[1] * s[5];
@@ -70,8 +70,8 @@ struct PatchGamma {
   for (Lanes& element : inverse) element *= factor;
 }
 
-/// Inverts Γ of normals whose points lie on a line, on the wrenches that these can give: their torque is
-/// `across` the line.
+/// Inverts Γ of normals whose points lie on a line, in the space of their wrenches: all torques are along
+/// `across`.
 [[gnu::always_inline]] inline void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2],
                                                   Lanes (&inverse)[6]) {
   const Lanes c00 = s[0];
@@ -130,10 +130,10 @@ struct PatchGamma {
   patch.inverse_twist = inverse_or_zero(friction[5]);
 }
 
-/// Sets the planes and rays of the cone of a patch's normals.
+/// Sets the planes and rays of the cone of wrenches that a patch's normals can exert.
 [[gnu::always_inline]] inline void set_corners(const ContactBatch& x, const FourShapes& from,
                                                const Patch& patch, PatchCorner* corners) {
-  const auto place = [&](int i, int axis) {
+  const auto corner_at = [&](int i, int axis) {
     return from.of(
         [&](const PatchShape& shape) { return shape.corner[std::min(i, shape.corners - 1)][axis]; });
   };
@@ -144,19 +144,19 @@ struct PatchGamma {
   const Lanes squared_radius = from.of([](const PatchShape& shape) { return shape.radius * shape.radius; });
   for (int i = 0; i < x.corners; ++i) {
     PatchCorner& corner = corners[i];
-    const Lanes here[2] = {place(i, 0), place(i, 1)};
+    const Lanes here[2] = {corner_at(i, 0), corner_at(i, 1)};
     const Lanes along[2] = {next(i, 0) - here[0], next(i, 1) - here[1]};
     corner.place[0] = here[0];
     corner.place[1] = here[1];
-    // Its length does not matter.
+    // Set the plane through the edge; the length of its normal does not matter.
     corner.plane = {{along[1] * here[0] - along[0] * here[1], along[0], along[1]}};
-    // An end of a line: the centre of pressure is on the side of the other.
+    // Bound a line at its end: the centre of pressure is on the side of the other end.
     const auto is_end = patch.corners == all(2);
     corner.plane[0] = choose(is_end, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
     corner.plane[1] = choose(is_end, along[1], corner.plane[1]);
     corner.plane[2] = choose(is_end, -along[0], corner.plane[2]);
-    // A patch with fewer corners repeats its last, whose plane is then that of forces that push, in the
-    // others' unit.
+    // Repeat the last corner of a patch with fewer: its plane only makes the force push, in the unit of the
+    // others.
     const auto is_beyond = patch.corners <= all(i);
     for (int k = 0; k < 3; ++k)
       corner.plane[k] = choose(is_beyond, k == 0 ? squared_radius : all(0), corner.plane[k]);
@@ -187,7 +187,7 @@ struct PatchGamma {
   }
 }
 
-/// s2 of a batch of patches: axes, arms, β and Γ.
+/// Formulates a batch of patches (s2): axes, arms, β and Γ.
 [[gnu::always_inline]] inline void formulate_patch(ContactBatches& contacts, const ContactBatch& x,
                                                    const BatchBodies& at, const Formulation& from) {
   const PatchShape* const all_shapes = contacts.shapes.data();
@@ -218,9 +218,9 @@ struct PatchGamma {
   patch.normal_beta = {{(apart[0] + value(&PatchShape::left, 0)) * per_substep, tilt[1] * per_substep,
                         -tilt[0] * per_substep}};
   const LaneVectors slip{{apart[1], apart[2], dot(first_in_a[1], patch.in_a[2])}};
-  const auto lets_go = keeps_sliding(patch) > all(0);
+  const auto is_released = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) {
-    patch.reference[k] = choose(lets_go, -slip[k], patch.reference[k]);
+    patch.reference[k] = choose(is_released, -slip[k], patch.reference[k]);
     patch.beta[k] = (slip[k] + patch.reference[k]) * per_substep;
   }
   set_gamma(x, shapes, patch);

@@ -58,8 +58,9 @@ template <int known>
 
 /// Solves the normals of a patch: the wrench in the cone that gives the velocities of β, or as near to them
 /// as it can. Returns what the wrench changed by, times the scale.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline LaneVectors solve_patch_normals(const Visit& at, const PatchCorner* corners,
+template <KernelKind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_normals(const KernelData& at,
+                                                              const PatchCorner* corners,
                                                               const LaneVectors& velocity, Patch& patch,
                                                               Lanes& most) {
   const int count = known ? known : at.x.corners;
@@ -202,7 +203,7 @@ template <int known>
 /// Returns the friction of a patch that goes on sliding, corner by corner. It stops what it brakes, and does
 /// not drive it back.
 template <int known>
-[[gnu::always_inline]] inline LaneVectors kept_slide(const Visit& at, PatchCorner* corners,
+[[gnu::always_inline]] inline LaneVectors kept_slide(const KernelData& at, PatchCorner* corners,
                                                      const Patch& patch, const Lanes& slid,
                                                      const Lanes& limit, const LaneVectors& before,
                                                      const LaneVectors& missing) {
@@ -220,8 +221,8 @@ template <int known>
 /// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
 /// else it slides, and from the second step on by Coulomb's law at the corners. Returns what its impulses
 /// changed by, times the scale.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, PatchCorner* corners,
+template <KernelKind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const KernelData& at, PatchCorner* corners,
                                                                const LaneVectors& slip,
                                                                const LaneVectors& normals, Patch& patch,
                                                                Lanes& most) {
@@ -260,12 +261,12 @@ template <Kind kind, int known>
 }
 
 /// Solves four patches. Returns whether any goes on sliding.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline bool solve_patch(const Visit& at, PatchCorner* corners, Patch& patch,
+template <KernelKind kind, int known>
+[[gnu::always_inline]] inline bool solve_patch(const KernelData& at, PatchCorner* corners, Patch& patch,
                                                std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
-  Moving a = gather(v, at.x.a);
-  Moving b = gather(v, at.x.b);
+  BodyVelocities a = gather(v, at.x.a);
+  BodyVelocities b = gather(v, at.x.b);
   const RelativeMotion motion = relative_motion(patch, a, b);
   const LaneVectors normals = solve_patch_normals<kind, known>(at, corners, of_normals(motion), patch, most);
   const LaneVectors friction =

@@ -1,5 +1,4 @@
-// Updates between sub-steps of coordinates, of velocities by forces and frames, and of rows' biases; the
-// contacts of a step.
+// Builds a step's contacts. Updates coordinates, velocities and biases between sub-steps.
 
 #include <algorithm>
 
@@ -9,21 +8,21 @@
 namespace substep {
 namespace {
 
-/// Returns coordinates after `duration` with local angular velocities.
+/// Returns coordinates advanced by `duration`; angular velocities are in the bodies' frames.
 Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration) {
   return {q.linear + duration * v_local.linear,
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
 /// Applies the impulses of a warm start to a block's bodies.
-void give_first_impulses(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
+void apply_warm_start(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
   Impulse start{};
   for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
   apply(c, x, start, v, scale);
 }
 
-/// Returns the local angular velocity of the kth gyroscopic body at the end of a (sub-)step in which it
-/// turned by `duration` times `mean`.
+/// Returns the angular velocity, in its frame, of the k-th gyroscopic body at the end of a (sub-)step with
+/// the mean angular velocity `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
   const Vector3& inertia = problem.model->inertia[problem.model->gyroscopic[k]];
   const Vector3 momentum = inertia.cwiseProduct(mean - problem.substeps.gyroscopic_change[k]);
@@ -61,8 +60,8 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
                   substeps.duration);
   for (int k = 0; k < x.rows; ++k) {
     if (substeps.bias_at_next_frame) {
-      // Take one Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's share has no
-      // C.
+      // Take one Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's
+      // fraction of β has no C.
       rows[k].beta += x.positional_bias_fraction * row_velocity(rows[k], v_hat[x.a], v_hat[x.b]);
     } else {
       rows[k].beta = beta[k];
@@ -130,18 +129,18 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) give_first_impulses(c, x, joint_scale, v);
+  for (const Block& x : c.blocks) apply_warm_start(c, x, joint_scale, v);
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 
 int sweeps_of(const Problem& problem, int m) {
-  // A row of five touching balls passes a bounce on with 20 sweeps; a hinged plank that stops what hits it at
-  // its end turns right to 0.1 % with 4.
-  constexpr int of_bounce = 30;
-  constexpr int of_jointed_impact = 8;
-  if (problem.c.contacts.bounces) return std::max(m, of_bounce);
-  const bool is_passed_on = problem.c.contacts.has_impact && !problem.c.blocks.empty();
-  return is_passed_on ? std::max(m, of_jointed_impact) : m;
+  // Five touching balls transmit a bounce in 20 sweeps. A hinged plank that is hit at its end turns as it
+  // should, to 0.1 %, in 4.
+  constexpr int sweeps_of_bounce = 30;
+  constexpr int sweeps_of_jointed_impact = 8;
+  if (problem.c.contacts.bounces) return std::max(m, sweeps_of_bounce);
+  const bool joints_transmit = problem.c.contacts.has_impact && !problem.c.blocks.empty();
+  return joints_transmit ? std::max(m, sweeps_of_jointed_impact) : m;
 }
 
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
@@ -153,7 +152,7 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
     }
   }
   add_to_biases(c.contacts, -1, v_local);
-  let_go_of_sliding(c.contacts, problem.substeps.duration, nullptr, problem.substeps.offset);
+  release_sliding(c.contacts, problem.substeps.duration, nullptr, problem.substeps.offset);
 }
 
 void box_biases(Constraints& c, const Settings& settings) {
@@ -174,7 +173,7 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
   const bool contacts_differ = contact_tau * kappa != tau * contact_kappa;
   if (contacts_differ || !c.blocks.empty()) scale(tau / kappa, v_local, substeps.change);
   for (const Block& x : c.blocks) {
-    // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
+    // A row that is not stabilized follows v̆ by its positional fraction, not (τ/κ) v̆.
     const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
     if (undone == 0) continue;
     for (Row& row : c.rows_of(x)) {
@@ -183,7 +182,7 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
   }
   if (contacts_differ)
     add_to_biases(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), substeps.change);
-  let_go_of_sliding(c.contacts, substeps.duration, &sum_v, substeps.offset);
+  release_sliding(c.contacts, substeps.duration, &sum_v, substeps.offset);
 }
 
 }  // namespace substep

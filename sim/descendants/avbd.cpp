@@ -1,6 +1,6 @@
-// AVBD: augmented vertex block descent for rigid bodies. Neither the report's nor a descendant of its idea:
-// Chris Giles, Elie Diaz, Cem Yuksel, "Augmented Vertex Block Descent", ACM Transactions on Graphics 44(4),
-// 2025. Written from the paper.
+// AVBD: augmented vertex block descent for rigid bodies. Neither from the report nor derived from it: Chris
+// Giles, Elie Diaz, Cem Yuksel, "Augmented Vertex Block Descent", ACM Transactions on Graphics 44(4), 2025.
+// Written from the paper.
 //
 // | step    | what                                                                        | in the paper       |
 // |---------|-----------------------------------------------------------------------------|--------------------|
@@ -11,9 +11,9 @@
 // | finish  | v = Δq/h                                                                     |                    |
 //
 // Defaults are those of the authors' demo in three dimensions: ten iterations, α = 0.99, β = 10⁴ N/m²
-// (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin, for what is
-// still apart is not held back; bodies start from where they go without gravity; joints' angular rows have no
-// torque arm; nothing bounces. An iteration counts each row once, though three updates read it.
+// (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin, since
+// separate bodies are not held back; the start is the motion without gravity; joints' angular rows have no
+// torque arm; nothing bounces. Row solves count each row once per iteration, though three updates read it.
 
 #include "sim/descendants/descendants.h"
 
@@ -32,7 +32,7 @@ constexpr double least_penalty = 1;
 constexpr double largest_penalty = 1e10;
 constexpr double slower_growth = 0.01;           // of angular rows
 constexpr double sticking_distance = 1e-5;       // m
-constexpr double least_inverse_inertia = 1e-30;  // of what does not turn, 1/(kg m²)
+constexpr double least_inverse_inertia = 1e-30;  // of bodies that do not turn, 1/(kg m²)
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// Returns the rotation vector from one orientation to another, in their frame.
@@ -44,7 +44,7 @@ double decayed(double penalty) {
   return std::clamp(gamma * penalty, least_penalty, largest_penalty);
 }
 
-/// Returns C at a step's start: α of an error stays, and separate bodies are not held back.
+/// Returns C at a step's start less α C, which the step keeps. A gap of separate bodies stays whole.
 double start_value(double value, bool is_one_sided, double alpha) {
   return is_one_sided && value > 0 ? value : (1 - alpha) * value;
 }
@@ -61,7 +61,7 @@ AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& setting
                  row.low / h,
                  row.high / h};
   if (row.linear.isZero(0)) result.growth *= slower_growth;
-  if (row.softness > 0) {  // λ h softness = β − J v: a spring and damper is as stiff as it is
+  if (row.softness > 0) {  // λ h softness = β − J v: springs and dampers keep their stiffness
     result.force = 0;
     result.penalty = result.stiffness = 1 / (row.softness * h * h);
   } else if (x.stabilized && x.positional_bias_fraction > 0) {
@@ -70,7 +70,7 @@ AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& setting
   return result;
 }
 
-/// A contact's normal and tangents as constraints. Their rows stay those of the step's start (section 4).
+/// Adds a contact's normal and tangents as constraints, with the rows of the step's start (section 4).
 void add_contact(const Contact& contact, const Problem& problem, const std::vector<Coordinates>& q,
                  const Settings& settings, AvbdWork& work) {
   const Matrix3& rotation_a = problem.rotations[contact.a];
@@ -103,7 +103,7 @@ void list_blocks(std::size_t bodies, AvbdWork& work) {
   }
 }
 
-/// C and J of a block's rows at the current coordinates; C of contacts is linear in the displacement.
+/// Updates J of a block's rows to the current coordinates and returns C; that of contacts is linear.
 Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, AvbdWork& work,
                const AvbdBlock& x) {
   Impulse value{};
@@ -121,7 +121,7 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
       value[k] = row.value + row.j.times(work.displacement[x.a], work.displacement[x.b]);
       continue;
     }
-    // `value` is what the step leaves of C: (1 − α) C⁻ instead of C⁻
+    // row.value is −α C⁻, the part of C that the step keeps
     const Row& now = c.rows[c.blocks[x.joint].first + k];
     row.j = {now.linear, now.angular_a, now.angular_b};
     value[k] = row.value - h * now.beta;
@@ -129,8 +129,8 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   return value;
 }
 
-/// Returns the forces λ + k C, clamped; friction's to the cone of the normal force (section 3.2). `holds`:
-/// true where friction is inside the cone.
+/// Returns the clamped forces λ − k C, friction's inside the cone of the normal force (section 3.2). Sets
+/// `holds` to whether friction was inside.
 Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value, bool* holds = nullptr) {
   Impulse force{};
   for (int k = 0; k < x.rows; ++k) {
@@ -164,7 +164,7 @@ void stamp(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, con
   if (x.joint < 0 || problem.c.blocks[x.joint].kind != Block::Kind::lock) return;
   const Lock& lock = problem.model->locks[problem.c.blocks[x.joint].source];
   if (lock.kind != Lock::Kind::point) return;
-  // The second derivative of R r · F is (r Fᵀ − (r · F) 1) in the body's frame; its columns' lengths
+  // The second derivative of R r · F is (r Fᵀ − (r · F) 1) in the body's frame: add its columns' lengths
   const Vector3& arm = body == x.a ? lock.at.frame_a.position : lock.at.frame_b.position;
   const Vector3 in_body = problem.rotations[body].transpose() * push;
   const Matrix3 second = arm * in_body.transpose() - arm.dot(in_body) * Matrix3::Identity();
@@ -192,7 +192,7 @@ void make_rows(const std::vector<Coordinates>& q, const Settings& settings, Prob
     for (int k = x.first; k < x.first + x.rows; ++k) {
       work.rows.push_back(row_of(c.rows[k], x, h, settings, is_known ? start[k] : 0,
                                  is_known ? start[c.rows.size() + k] : least_penalty));
-      // Rows formulated at current coordinates have C there: keep only the part of C⁻ that is to stay
+      // Keep −α C⁻ alone: update() adds C at the current coordinates
       if (x.stabilized) work.rows.back().value += h * c.rows[k].beta;
     }
   }

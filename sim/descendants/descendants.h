@@ -1,6 +1,6 @@
 #pragma once
-/// Two methods beside the report's: Soft Step (soft_step.cpp) and augmented vertex block descent (avbd.cpp).
-/// Both carry forces of contacts and joints from step to step, AVBD its penalties, too.
+/// Two methods that are not the report's: Soft Step (soft_step.cpp) and augmented vertex block descent
+/// (avbd.cpp). Both carry forces of contacts and joints from step to step; AVBD also carries penalties.
 
 #include <cstdint>
 #include <vector>
@@ -40,7 +40,7 @@ struct CarriedForces {
   std::vector<double> joints;          ///< State::joint_forces
 };
 
-/// Returns the contact cache for the next step, sorted as ContactFinder reads it.
+/// Writes the contact cache for the next step, sorted as ContactFinder reads it.
 void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
               std::vector<ContactMemory>& memory);
 
@@ -77,7 +77,7 @@ struct SoftPoint {
   Vector3 impulse;       ///< λ of the sub-step, N·s
   Vector3 given;         ///< λ of the step so far, N·s
   double gap_offset;     ///< m
-  double gap;            ///< where the bodies are, m
+  double gap;            ///< at the current coordinates, m
   double normal_mass;    ///< 1/Γ of the normal
   double friction_mass;  ///< 1 / the larger eigenvalue of the tangents' Γ
   double friction;
@@ -103,11 +103,11 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
 /// One constraint of a step: C = value + J Δq, with Δq the bodies' displacement since the step began.
 struct AvbdRow {
   Jacobian j;
-  double value;      ///< of C when the step begins, less the part of it that the step keeps; m or rad
+  double value;      ///< C when the step begins, less the part that the step keeps; m or rad
   double force;      ///< λ: the force on a along J, N or N·m; the paper's has the opposite sign
   double penalty;    ///< k, N/m or N·m/rad
-  double stiffness;  ///< of the material; infinite for what is rigid
-  double growth;     ///< β, of the penalty by |C|
+  double stiffness;  ///< of a spring; infinite for rigid rows
+  double growth;     ///< β: the penalty's growth per |C|
   double low;        ///< limits of the force
   double high;
 };
@@ -116,9 +116,9 @@ struct AvbdRow {
 struct AvbdBlock {
   int a;
   int b;
-  int first;  ///< rows[first] …
+  int first;  ///< index of its first row
   int rows;
-  int joint;        ///< of Constraints::blocks; −1: a contact
+  int joint;        ///< index in Constraints::blocks; −1: a contact
   double friction;  ///< μ of a contact
 };
 
@@ -126,11 +126,11 @@ struct AvbdBlock {
 struct AvbdWork {
   std::vector<AvbdRow> rows;
   std::vector<AvbdBlock> blocks;
-  std::vector<int> begins;             ///< by body: of its blocks in `blocks_of`
+  std::vector<int> begins;             ///< by body: its first index in `blocks_of`
   std::vector<int> blocks_of;          ///< indices of `blocks`
-  std::vector<Coordinates> inertial;   ///< where the bodies would be without constraints
+  std::vector<Coordinates> inertial;   ///< the coordinates without constraints
   std::vector<Velocity> displacement;  ///< since the step began: m, and the rotation vector, body frame
-  std::vector<std::uint8_t> sticks;    ///< by block: whether friction holds it
+  std::vector<std::uint8_t> sticks;    ///< by block: 1 where friction holds it
   std::int64_t row_solves = 0;
 };
 

@@ -1,5 +1,5 @@
-// Soft Step: sub-steps with soft constraints. Not the report's: Erin Catto, "Solver2D" (2024), with the
-// parameters of Box2D 3 and Box3D. Written from the published description.
+// Soft Step: sub-steps with soft constraints. Not from the report, but from Erin Catto, "Solver2D" (2024),
+// with the parameters of Box2D 3 and Box3D. Written from the published description.
 //
 // | step                 | A3                        | here                                                   |
 // |----------------------|---------------------------|--------------------------------------------------------|
@@ -10,10 +10,9 @@
 // | friction             | with its normal           | in the relaxing sweep alone                            |
 // | restitution          | in the sub-step of impact | once, at the step's end                                |
 //
-// Defaults as published: four sub-steps, contacts of 30 Hz and ζ = 10, those with what cannot move of twice
-// the frequency and ζ = 5, joints of 60 Hz and ζ = 2; overlaps are pushed out with 3 m/s at most, and what
-// comes slower than 1 m/s does not bounce. Box3D has one friction block a manifold; here each point has its
-// own.
+// Defaults as published: four sub-steps, contacts of 30 Hz and ζ = 10, those with fixed bodies of twice the
+// frequency and ζ = 5, joints of 60 Hz and ζ = 2; overlaps are pushed out with 3 m/s at most, and impacts
+// slower than 1 m/s do not bounce. Box3D has one friction block per manifold; here each point has its own.
 
 #include "sim/descendants/descendants.h"
 
@@ -39,7 +38,7 @@ double velocity_along(const SoftPoint& x, int k, const std::vector<Velocity>& v)
   return x.row[k].times(v[x.a], v[x.b]);
 }
 
-/// v ← v + M⁻¹Jᵀ impulse of one row.
+/// Applies an impulse of one row: v ← v + M⁻¹Jᵀ impulse.
 void apply(const Model& model, const SoftPoint& x, int k, double impulse, std::vector<Velocity>& v) {
   const BodyMass& a = model.masses[x.a];
   const BodyMass& b = model.masses[x.b];
@@ -50,7 +49,7 @@ void apply(const Model& model, const SoftPoint& x, int k, double impulse, std::v
   v[x.b].angular += b.inverse_inertia.cwiseProduct(row.angular_b) * impulse;
 }
 
-/// Γ of two of a point's rows.
+/// Returns Γ_kl of a point's rows.
 double coupling(const Model& model, const SoftPoint& x, int k, int l) {
   const BodyMass& a = model.masses[x.a];
   const BodyMass& b = model.masses[x.b];
@@ -61,7 +60,7 @@ double coupling(const Model& model, const SoftPoint& x, int k, int l) {
          one.angular_b.dot(b.inverse_inertia.cwiseProduct(other.angular_b));
 }
 
-/// Makes the rows of a point at the step's start; its impulses are the last step's.
+/// Returns a point with its rows at the step's start, and with the last step's impulses.
 SoftPoint point_of(const Contact& contact, const Problem& problem, const std::vector<Velocity>& v,
                    double hs) {
   const Model& model = *problem.model;
@@ -75,7 +74,7 @@ SoftPoint point_of(const Contact& contact, const Problem& problem, const std::ve
   x.given = Vector3::Zero();
   x.gap_offset = contact.gap_offset;
   x.normal_mass = 1 / coupling(model, x, 0, 0);
-  // The larger eigenvalue of the tangents' Γ: with one mass for both, what slides is held against its slip.
+  // Use the larger eigenvalue of the tangents' Γ: with one mass for both, friction opposes the slip.
   const double half = (coupling(model, x, 1, 1) - coupling(model, x, 2, 2)) / 2;
   const double both = coupling(model, x, 1, 2);
   x.friction_mass = 1 / (coupling(model, x, 2, 2) + half + std::sqrt(half * half + both * both));
@@ -85,7 +84,7 @@ SoftPoint point_of(const Contact& contact, const Problem& problem, const std::ve
   return x;
 }
 
-/// The distance of the bodies' points along the normal, m.
+/// Returns the distance of the bodies' points along the normal, m.
 double gap_of(const SoftPoint& x, const Problem& problem) {
   const std::vector<Coordinates>& q = problem.substeps.stepped;
   const Vector3 apart =
@@ -93,7 +92,7 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
   return x.row[0].linear.dot(apart) + x.gap_offset;
 }
 
-/// λ' = −mass_scale M (J v + bias) − impulse_scale λ of a normal, and λ + λ' >= 0.
+/// Returns a normal's λ' = −mass_scale M (J v + bias) − impulse_scale λ, with λ + λ' >= 0.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
   const double velocity = velocity_along(x, 0, v);
   // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.
@@ -107,7 +106,7 @@ double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::ve
   return change;
 }
 
-/// λ' = −M J v of both tangents, and |λ + λ'| <= μ λ_n.
+/// Returns the tangents' λ' = −M J v, with |λ + λ'| <= μ λ_n.
 Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
   const double total[2] = {x.impulse[1] - x.friction_mass * velocity_along(x, 1, v),
                            x.impulse[2] - x.friction_mass * velocity_along(x, 2, v)};
@@ -120,8 +119,8 @@ Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
   return change;
 }
 
-/// λ' of a block of a joint: soft, or rigid without bias in the relaxing sweep. Motors, springs and dampers
-/// keep to their own law.
+/// Returns λ' of a joint's block: soft, or rigid without bias in the relaxing sweep. Motors, springs and
+/// dampers keep their own law.
 Impulse solve_joint(Constraints& c, const Block& x, const Softness& soft, double hs,
                     const std::vector<Velocity>& v) {
   if (!x.stabilized) return solve(c, x, {}, v);
@@ -153,7 +152,7 @@ Impulse impulse_of(const Constraints& c, const Block& x) {
   return impulse;
 }
 
-/// Makes the points of the contacts at the step's start, as soft as the sub-steps can follow.
+/// Makes the contacts' points at the step's start, with a frequency that the sub-steps can resolve.
 void prepare_points(const Settings& settings, const Problem& problem, const std::vector<Velocity>& v,
                     double hs, std::vector<SoftPoint>& points) {
   const double hertz = std::min(settings.contact_hertz, 0.125 / hs);
@@ -170,7 +169,7 @@ void prepare_points(const Settings& settings, const Problem& problem, const std:
   }
 }
 
-/// Bounces what met fast enough.
+/// Applies restitution to points that met fast enough.
 void restore(const Model& model, std::vector<SoftPoint>& points, std::vector<Velocity>& v) {
   for (SoftPoint& x : points) {
     if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.given[0] == 0) continue;

@@ -11,23 +11,22 @@
 namespace substep {
 namespace {
 
-/// Least pivot over its diagonal. A row with a smaller one is redundant up to rounding and drift, and the
-/// general solver takes the problem. The least in the scenes is 1e-4, of a chain of rods with 1000 kg at its
-/// end.
-constexpr double singular = MlcpSolver::rank_tolerance;
-/// ε of loops. A round leaves ε/(σ + ε) of a right side in a direction in which Γ has σ, and drives redundant
-/// rows' impulses apart by 1/ε of what contradicts: Bricard's linkage swings to 4 % with 1e-7, and is stopped
-/// by 1e-9.
+/// Least pivot over its diagonal. A row with a smaller one is redundant up to rounding and drift; the general
+/// solver then solves the problem. The least in our scenes is 1e-4: a chain of rods with 1000 kg at its end.
+constexpr double least_pivot = MlcpSolver::rank_tolerance;
+/// ε of loops. A round leaves ε/(σ + ε) of a right side along an eigenvector of Γ with eigenvalue σ. It
+/// changes impulses of redundant rows by 1/ε of their contradiction: Bricard's linkage swings to 4 % with
+/// 1e-7; 1e-9 stops it.
 constexpr double shift_of_loops = 1e-6;
-/// ε where rows are nearly redundant but not quite, as in a flat net, after so many rounds.
+/// ε after `rounds_until_slow` rounds, for rows that are nearly redundant, as in a flat net.
 constexpr double shift_of_slow_loops = 1e-8;
 constexpr int rounds_until_slow = 3;
-constexpr double accurate = 1e-12;  // ten rods with 1000 kg at their end: 1e-13 without refinement
+constexpr double accurate = 1e-12;  // residual; ten rods with 1000 kg at their end: 1e-13 without refinement
 constexpr int most_refinements = 3;
 constexpr int most_idle = 12;
 constexpr int group_size = 3;
 
-/// Sets of connected bodies.
+/// Sets of connected bodies, as a union-find.
 class Connections {
  public:
   explicit Connections(int bodies) : root_(bodies) { std::iota(root_.begin(), root_.end(), 0); }
@@ -36,7 +35,7 @@ class Connections {
     while (root_[body] != body) body = root_[body] = root_[root_[body]];
     return body;
   }
-  /// Connects two bodies. False if they were connected.
+  /// Connects two bodies. Returns false if they were connected before.
   bool join(int a, int b) {
     a = root_of(a);
     b = root_of(b);
@@ -62,7 +61,7 @@ bool JointSolver::is_known(const Mlcp& problem) const {
 }
 
 bool JointSolver::has_loops(const Mlcp& problem) const {
-  const int fixed = problem.bodies;  // what does not move
+  const int fixed = problem.bodies;  // index of all fixed bodies
   Connections connections(problem.bodies + 1);
   std::map<std::pair<int, int>, int> rows_of;
   for (const Group& group : groups_) rows_of[std::minmax(group.a, group.b)] += group.rows;
@@ -82,8 +81,8 @@ void JointSolver::analyse(const Mlcp& problem) {
     bool is_a;
   };
   std::vector<std::vector<Part>> parts_of(problem.bodies);
-  // The order of rows spreads those of a joint.
-  std::map<std::pair<int, int>, int> open;  // group of two bodies that has room
+  // Collect the rows of a joint, which need not follow each other.
+  std::map<std::pair<int, int>, int> open;  // last group of two bodies
   for (int i = 0; i < std::ssize(problem.rows); ++i) {
     const Mlcp::Row& row = problem.rows[i];
     const int next = static_cast<int>(groups_.size());
@@ -150,13 +149,13 @@ bool JointSolver::factor(const Mlcp& problem, double shift) {
       diagonal(r, r) = (1 + shift) * gamma_[group.row[r]] + row.softness;
     }
   }
-  return factor_.factor(shift > 0 ? 0 : singular);
+  return factor_.factor(shift > 0 ? 0 : least_pivot);
 }
 
 void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination) {
   std::ranges::fill(y_, Vector6::Zero());
   for (std::size_t i = 0; i < groups_.size(); ++i) {
-    // A group's rows are summed first: a body's sum in memory is then touched once for the three.
+    // Sum a group's rows first, so that a body's sum in memory is updated once for the three.
     const Group& group = groups_[i];
     Vector6 sum_a = Vector6::Zero();
     Vector6 sum_b = Vector6::Zero();
@@ -171,9 +170,9 @@ void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& 
 
 double JointSolver::residual(const Mlcp& problem) {
   set_impulses(problem, multipliers_);
-  // Compare squares over Γ_xx, which spares roots.
+  // Compare squares over Γ_xx, to avoid square roots.
   double largest = 0;
-  double sum = 0;  // finite if all are
+  double sum = 0;  // finite if all residuals are
   scale_ = 0;
   for_each_row([&](std::size_t group, int k, int i) {
     const Mlcp::Row& row = problem.rows[i];
@@ -196,9 +195,9 @@ double JointSolver::squared_residual(const Mlcp::Row& row, int i, double missing
 }
 
 bool JointSolver::rest_is_redundant(const Mlcp& problem) {
-  // Take the round's step in place of the residual: in exact arithmetic ε times the step is the residual over
-  // D, to which rounding adds 1e-3 of itself.
-  double of_rows = 0;  // |r|², r = what is left of the rows over √Γ_xx
+  // Use the round's step in place of the residual. In exact arithmetic the residual over D is ε times the
+  // step; rounding changes the residual by 1e-3 of itself.
+  double of_rows = 0;  // |r|², r = the rows' residuals over √Γ_xx
   double moved = 0;    // rᵀ(Γ + S)r, relative to Γ's diagonal
   for_each_row([&](std::size_t group, int k, int i) {
     const double squared = step_[group][k] * step_[group][k];
@@ -251,7 +250,7 @@ bool JointSolver::solve_loops(const Mlcp& problem, MlcpReport& report) {
     }
     if (now <= accurate || (report.residual <= MlcpSolver::tolerance && idle > 0)) break;
     if (rest_is_redundant(problem)) {
-      // Further rounds would only drive the redundant rows' impulses apart.
+      // Stop: further rounds would only change redundant rows' impulses.
       report.residual = now;
       if (now <= MlcpSolver::tolerance) return true;
       report.status = MlcpReport::Status::least_squares;
@@ -275,7 +274,7 @@ bool JointSolver::solve(const Mlcp& problem, std::vector<double>& lambda, MlcpRe
   lambda.assign(count, 0.0);
   if (count == 0) return true;
   if (std::any_of(problem.rows.rbegin(), problem.rows.rend(), std::mem_fn(&Mlcp::Row::has_limits)))
-    return false;  // contacts are last
+    return false;  // the search is from the end, where contacts are
   if (!is_known(problem)) analyse(problem);
   gamma_.resize(count);
   inverse_gamma_.resize(count);
@@ -299,22 +298,22 @@ int DirectSolver::list_islands(const Mlcp& problem) {
   const int fixed = problem.bodies;
   Connections connections(problem.bodies + 1);
   const auto body_of = [&](const Mlcp::Row& row) { return row.a >= 0 ? row.a : row.b >= 0 ? row.b : fixed; };
-  // The rows of a manifold follow each other.
-  const auto are_of_last = [&](std::size_t i) {
+  // True where a row is of the same bodies as the one before it, as in a manifold.
+  const auto repeats_bodies = [&](std::size_t i) {
     const Mlcp::Row& row = rows[i];
     return i > 0 && row.a >= 0 && row.a == rows[i - 1].a && row.b == rows[i - 1].b &&
            (row.normal < 0 || rows[row.normal].a == row.a);
   };
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Mlcp::Row& row = rows[i];
-    if (are_of_last(i)) continue;
+    if (repeats_bodies(i)) continue;
     if (row.a >= 0 && row.b >= 0) connections.join(row.a, row.b);
     if (row.normal >= 0) connections.join(body_of(row), body_of(rows[row.normal]));
   }
   const int first = connections.root_of(body_of(rows[0]));
   bool is_one = true;
   for (std::size_t i = 0; i < rows.size() && is_one; ++i)
-    is_one = are_of_last(i) || connections.root_of(body_of(rows[i])) == first;
+    is_one = repeats_bodies(i) || connections.root_of(body_of(rows[i])) == first;
   if (is_one) return 1;
 
   for (Island& island : islands_) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A1's solver: the sparse factorisation of joints where it applies, else the general one of mlcp.h.
+/// A1's solver: a sparse factorisation for joints alone, else the general solver of mlcp.h.
 
 #include <array>
 #include <vector>
@@ -10,14 +10,14 @@
 
 namespace substep {
 
-/// Solves problems whose rows all have infinite limits, where λ is one linear system. Rows between the same
-/// two bodies are taken by threes, whose Γ + S is factored as a sparse matrix of 3×3 blocks. Where bodies are
-/// joined in loops Γ may be singular: then Γ + S + εD is factored, D = diag(Γ), and the problem itself is
-/// solved in rounds, until what is left lies in directions in which Γ has next to nothing (mlcp.h).
+/// Solves problems whose rows all have infinite limits, where λ solves one linear system. Γ + S is factored
+/// as a sparse matrix of 3×3 blocks, of groups of up to three rows between the same two bodies. Joints in
+/// loops may make Γ singular: then Γ + S + εD is factored, D = diag(Γ), and rounds of refinement solve the
+/// problem itself, until the residual lies in directions in which Γ is almost 0 (mlcp.h).
 class JointSolver {
  public:
-  /// Returns false, and no solution, where the problem has limits, or a Γ that is singular without loops, or
-  /// where the rounds do not converge.
+  /// Returns false, without a solution, where a row has limits, Γ is singular without loops, or the rounds do
+  /// not converge.
   bool solve(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   /// Gᵀλ of the last solution, by body.
@@ -34,8 +34,8 @@ class JointSolver {
       for (int k = 0; k < groups_[group].rows; ++k) what(group, k, groups_[group].row[k]);
     }
   }
-  /// Returns whether bodies are joined in a loop, in which all that does not move is one body, or by more
-  /// rows than two bodies can have.
+  /// Returns whether joints close a loop, with all fixed bodies as one, or two bodies share more than six
+  /// rows.
   bool has_loops(const Mlcp& problem) const;
   bool factor(const Mlcp& problem, double shift);
   bool solve_tree(const Mlcp& problem, MlcpReport& report);
@@ -55,10 +55,10 @@ class JointSolver {
     int a;
     int b;
   };
-  /// A block of Γ beside its diagonal gets the products of one body's parts of two groups' rows.
+  /// An addition to an off-diagonal block of Γ: products of one body's parts of two groups' rows.
   struct Product {
     int pair;
-    int row;  ///< groups
+    int row;  ///< group of the block's rows
     int column;
     bool row_is_a;
     bool column_is_a;
@@ -71,7 +71,7 @@ class JointSolver {
   BlockFactor factor_;
   std::vector<double> gamma_;          ///< by row: Γ_xx
   std::vector<double> inverse_gamma_;  ///< by row: 1/Γ_xx
-  double scale_ = 0;                   ///< square of what the residual is relative to
+  double scale_ = 0;                   ///< square of the residual's scale
   // By group:
   std::vector<Vector3> multipliers_;  ///< λ
   std::vector<Vector3> left_;         ///< residual of the right sides
@@ -81,11 +81,11 @@ class JointSolver {
   std::vector<Vector6> kept_y_;
 };
 
-/// Solves joints by JointSolver, and problems with limits island by island: the bodies that rows connect,
-/// directly or over others. Islands at rest so are not solved anew for those that move.
+/// Solves joints by JointSolver, and problems with limits island by island. An island is all bodies that rows
+/// connect, directly or through others. Islands at rest thus need not take the active sets of moving ones.
 class DirectSolver {
  public:
-  /// Residual, status and active sets are the worst island's.
+  /// Reports the worst island's residual, status and active sets.
   MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
 
   /// Gᵀλ = M^(−1/2)Jᵀλ of the last solution, by body.
@@ -106,8 +106,8 @@ class DirectSolver {
   void copy_rows(const Mlcp& problem, Island& island);
 
   JointSolver joints_;
-  MlcpSolver general_;           ///< of problems of one island
-  std::vector<Island> islands_;  ///< more than there are now, perhaps
+  MlcpSolver general_;           ///< for problems of one island
+  std::vector<Island> islands_;  ///< the last may be unused
   std::vector<int> island_of_;   ///< by root of connected bodies
   std::vector<int> index_;       ///< of a body in its island
   std::vector<int> row_index_;   ///< of a row in its island

@@ -232,9 +232,9 @@ class MlcpSolver {
   void set_weight(Unit& unit) const;
   static Vector3 change_at_rest(const Unit& unit, double t);
   void set_directions(double t);
-  static double way_of(const Unit& unit);
-  double way_within() const;
-  double mean_product(double way) const;
+  static double length_of_step(const Unit& unit);
+  double common_length() const;
+  double mean_product(double length) const;
   void factor_units();
   void take_step();
   /// Leaves the best λ of an interior point method. Returns false where the problem has rows that it does not

@@ -1,5 +1,6 @@
-// The linear system of an active set in the bodies' space: its blocks of six, factored and solved. Products
-// of blocks use the widest vectors that the processor has: the same operations, so the same bits.
+// Factors and solves the linear system of an active set in the bodies' space, by 6×6 blocks. Products of
+// blocks use the widest vectors of the processor; every width does the same operations and gives the same
+// bits.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 using Four = double __attribute__((vector_size(32)));
 using Two = double __attribute__((vector_size(16)));
 
-/// Six numbers of a block's column.
+/// A column of a 6×6 block.
 struct Column {
   Four first;
   Two last;
@@ -38,7 +39,7 @@ SUBSTEP_KERNEL void subtract_products_lanes(const Matrix6& lower, const Matrix6*
   for (int k = 0; k < count; ++k) {
     const double* const from = upper[2 * k].data();
     double* const to = blocks[targets[k]].data();
-    // Two columns at a time, so that each of `lower` is loaded three times.
+    // Compute two columns at a time, so that each column of `lower` is loaded three times.
     for (int j = 0; j < 6; j += 2) {
       const double* const left = from + 6 * j;
       const double* const right = left + 6;
@@ -89,8 +90,8 @@ void add_products(const Vector6* columns, const Vector6* rows, int count, Matrix
 
 }  // namespace
 
-/// Minimum degree, ties to the lowest body: little fill for chains, trees and stacks. Returns each body's
-/// neighbours when it is eliminated.
+/// Orders the bodies by minimum degree, ties to the lowest body: chains, trees and stacks get little fill.
+/// Returns each body's neighbours at its elimination.
 std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
   std::vector<std::vector<int>> adjacent(bodies);
   for (const auto& [a, b] : pairs_) {
@@ -100,8 +101,7 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
   order_.clear();
   place_.assign(bodies, -1);
   std::vector<std::vector<int>> eliminated(bodies);
-  std::vector<std::vector<int>> of_degree(bodies +
-                                          1);  // candidates, lazily kept: an entry may be out of date
+  std::vector<std::vector<int>> of_degree(bodies + 1);  // candidates; an entry may be out of date
   for (int body = bodies - 1; body >= 0; --body) of_degree[adjacent[body].size()].push_back(body);
   std::size_t degree = 0;
   while (static_cast<int>(order_.size()) < bodies) {
@@ -135,7 +135,8 @@ void MlcpSolver::list_neighbours(const std::vector<std::vector<int>>& eliminated
   }
 }
 
-/// The block of places (p, q): p itself, else the upper one of an edge, and the lower one after it.
+/// Returns the index of block (p, q), with positions in the elimination order: p on the diagonal, else that
+/// of an edge's upper block or, after it, its lower one.
 int MlcpSolver::block_of(int p, int q) const {
   if (p == q) return p;
   const int early = std::min(p, q);
@@ -163,7 +164,7 @@ void MlcpSolver::analyse() {
   pairs_.clear();
   for (const Row& row : rows()) {
     const std::pair<int, int> pair = std::minmax(row.a, row.b);
-    // The rows of a manifold follow each other.
+    // Skip most repetitions: the rows of a manifold follow each other.
     if (pair.first >= 0 && (pairs_.empty() || pairs_.back() != pair)) pairs_.push_back(pair);
   }
   std::ranges::sort(pairs_);
@@ -193,8 +194,8 @@ void MlcpSolver::analyse() {
 void MlcpSolver::add_product(std::size_t row_index, const Vector6& column_a, const Vector6& column_b,
                              const Vector6& row_a, const Vector6& row_b, double factor) {
   const Row& row = rows()[row_index];
-  const bool is_of_others = row.a != products_.a || row.b != products_.b;
-  if (products_.count == most_products || is_of_others) add_waiting_products();
+  const bool is_other_pair = row.a != products_.a || row.b != products_.b;
+  if (products_.count == most_products || is_other_pair) add_waiting_products();
   if (products_.count == 0) products_.row = static_cast<int>(row_index);
   products_.a = row.a;
   products_.b = row.b;
@@ -248,7 +249,7 @@ void MlcpSolver::factor() {
     } else if (set_[i] == Set::slides) {
       if (pair_[i] == Pair::first) add_slide(i);
     } else if (row.normal >= 0 && set_[i] != Set::off) {
-      // A sliding row's impulse follows its normal's: it adds ±μ of its column to the normal's.
+      // Add ±μ times a sliding row's column to its normal's, whose impulse it follows.
       const Row& normal = rows()[row.normal];
       const double sign = set_[i] == Set::high ? 1 : -1;
       add_product(row.normal, row.part_a, row.part_b, normal.part_a, normal.part_b,
@@ -294,9 +295,9 @@ void MlcpSolver::solve_blocks() {
 }
 
 void MlcpSolver::solve_free() {
-  // Sum columns · (right side)/D up. (1 + Gᵀ D G)⁻¹ of the sum is the bodies' change of velocity.
+  // Sum the columns times (right side)/D. (1 + Gᵀ D G)⁻¹ times the sum is the bodies' change of velocity.
   for (Vector6& s : step_) s.setZero();
-  const auto lacks_across = [&](std::size_t i) {
+  const auto right_across = [&](std::size_t i) {
     const Vector2 aside = across(slip_[i].along);
     return -aside.dot(
         Vector2(w_[i] + slip_[i].across * lambda_[i], w_[i + 1] + slip_[i].across * lambda_[i + 1]));
@@ -313,7 +314,7 @@ void MlcpSolver::solve_free() {
       const double share =
           -row.friction * w_[normal] / (proximal_ * gamma_[normal] + rows()[normal].softness);
       if (set_[i] == Set::slides) {
-        const double aside = lacks_across(i) * weight_across(i);
+        const double aside = right_across(i) * weight_across(i);
         const Vector2 factors = share * slip_[i].along + aside * across(slip_[i].along);
         row.add_impulse(factors.x(), step_);
         rows()[i + 1].add_impulse(factors.y(), step_);
@@ -330,7 +331,7 @@ void MlcpSolver::solve_free() {
     } else if (set_[i] == Set::slides && pair_[i] == Pair::first) {
       const Vector2 aside = across(slip_[i].along);
       const Vector2 velocity(row.velocity(step_), rows()[i + 1].velocity(step_));
-      const double change = (lacks_across(i) - aside.dot(velocity)) * weight_across(i);
+      const double change = (right_across(i) - aside.dot(velocity)) * weight_across(i);
       lambda_[i] += change * aside.x();
       lambda_[i + 1] += change * aside.y();
     }

@@ -11,32 +11,31 @@ namespace substep {
 namespace {
 
 constexpr int most_steps = 60;
-constexpr int most_idle_steps = 6;  ///< that leave more than `less` of the residual
-constexpr double less = 0.8;
-constexpr double near_solution = 1e-8;  ///< residual from which active sets end in a few
-/// ε of the steps. With 1e-10 rounding leaves 1e-4 of piles' right sides, with 1e-7 more steps are short.
+constexpr int most_idle_steps = 6;  ///< that leave more than `largest_rest` of the residual
+constexpr double largest_rest = 0.8;
+constexpr double near_solution = 1e-8;  ///< residual from which a few active sets suffice
+/// ε of the steps. With 1e-10 rounding leaves a residual of 1e-4 in piles; with 1e-7 more steps are short.
 constexpr double proximal_of_steps = 1e-8;
-constexpr double part_of_way = 0.99;
-/// Length below which each contact takes a step of its own length: a few contacts stop the common step, since
-/// their path turns back as friction follows the normal. Without own lengths a pile of 250 ends at a residual
-/// of 6e-3.
-constexpr double short_way = 0.2;
-constexpr double part_of_own_way = 0.9;
+constexpr double fraction_of_length = 0.99;
+/// Step length below which each contact takes its own length. A few contacts, whose friction turns back with
+/// the normal, limit such a step. Without it a pile of 250 ends with a residual of 6e-3.
+constexpr double short_step = 0.2;
+constexpr double fraction_of_own_length = 0.9;
 constexpr double endless = std::numeric_limits<double>::infinity();
 
-/// Returns how far `x0` + s `d0` >= |`x` + s `d`| holds, at most `most`.
-double way_in_cone(double x0, const Vector2& x, double d0, const Vector2& d, double most) {
+/// Returns the largest s <= `most` up to which `x0` + s `d0` >= |`x` + s `d`|.
+double length_in_cone(double x0, const Vector2& x, double d0, const Vector2& d, double most) {
   const double a = d0 * d0 - d.squaredNorm();
   const double b = x0 * d0 - x.dot(d);
   const double c = x0 * x0 - x.squaredNorm();
-  double way = d0 < 0 ? std::min(most, -x0 / d0) : most;
+  double length = d0 < 0 ? std::min(most, -x0 / d0) : most;
   const double discriminant = b * b - a * c;
-  if (discriminant < 0) return way;
+  if (discriminant < 0) return length;
   const double q = -(b + std::copysign(std::sqrt(discriminant), b));
   for (const double s : {q / a, c / q}) {
-    if (s > 0 && s < way) way = s;
+    if (s > 0 && s < length) length = s;
   }
-  return way;
+  return length;
 }
 
 }  // namespace
@@ -95,7 +94,7 @@ void MlcpSolver::set_rests() {
   }
 }
 
-/// Linearises the unit's law: Δλ = free_(t) − weight Δw, with softness and ε in it.
+/// Linearises the unit's law: Δλ = change_at_rest(t) − weight Δw, with softness and ε.
 void MlcpSolver::set_weight(Unit& unit) const {
   Matrix3 softness = Matrix3::Zero();
   for (int k = 0; k < unit.rows(); ++k)
@@ -138,7 +137,7 @@ Vector3 MlcpSolver::change_at_rest(const Unit& unit, double t) {
   return unit.damping * (change - unit.law * unit.rest);
 }
 
-/// Sets the Newton step to products of `t`.
+/// Sets the Newton step to products of λ and w of `t`.
 void MlcpSolver::set_directions(double t) {
   for (Vector6& s : step_) s.setZero();
   for (Unit& unit : units_) {
@@ -174,11 +173,11 @@ void MlcpSolver::set_directions(double t) {
   }
 }
 
-/// Returns how far a unit's step stays within its limits.
-double MlcpSolver::way_of(const Unit& unit) {
-  double way = endless;
+/// Returns the fraction of its step after which a unit reaches its limits.
+double MlcpSolver::length_of_step(const Unit& unit) {
+  double length = endless;
   const auto reach = [&](double value, double change) {
-    if (change < 0) way = std::min(way, -value / change);
+    if (change < 0) length = std::min(length, -value / change);
   };
   if (unit.has_low) {
     reach(unit.above, unit.change[0]);
@@ -188,30 +187,31 @@ double MlcpSolver::way_of(const Unit& unit) {
     reach(unit.below, -unit.change[0]);
     reach(unit.upper, unit.upper_change);
   }
-  if (unit.rows() == 1) return way;
-  way = way_in_cone(unit.friction * unit.lambda[0], unit.lambda.tail<2>(), unit.friction * unit.change[0],
-                    unit.change.tail<2>(), way);
-  return way_in_cone(unit.speed, unit.slip, unit.speed_change, unit.slip_change, way);
+  if (unit.rows() == 1) return length;
+  length = length_in_cone(unit.friction * unit.lambda[0], unit.lambda.tail<2>(),
+                          unit.friction * unit.change[0], unit.change.tail<2>(), length);
+  return length_in_cone(unit.speed, unit.slip, unit.speed_change, unit.slip_change, length);
 }
 
-double MlcpSolver::way_within() const {
-  double way = endless;
-  for (const Unit& unit : units_) way = std::min(way, way_of(unit));
-  return way;
+double MlcpSolver::common_length() const {
+  double length = endless;
+  for (const Unit& unit : units_) length = std::min(length, length_of_step(unit));
+  return length;
 }
 
-/// Returns the mean of the products of λ and w after a part of the step.
-double MlcpSolver::mean_product(double way) const {
+/// Returns the mean of the products of λ and w after a fraction of the step.
+double MlcpSolver::mean_product(double length) const {
   double sum = 0;
   int count = 0;
   for (const Unit& unit : units_) {
-    const double change = way * unit.change[0];
-    if (unit.has_low) sum += (unit.above + change) * (unit.lower + way * unit.lower_change);
-    if (unit.has_high) sum += (unit.below - change) * (unit.upper + way * unit.upper_change);
+    const double change = length * unit.change[0];
+    if (unit.has_low) sum += (unit.above + change) * (unit.lower + length * unit.lower_change);
+    if (unit.has_high) sum += (unit.below - change) * (unit.upper + length * unit.upper_change);
     count += (unit.has_low ? 1 : 0) + (unit.has_high ? 1 : 0);
     if (unit.rows() == 1) continue;
-    sum += unit.friction * (unit.lambda[0] + change) * (unit.speed + way * unit.speed_change) +
-           (unit.lambda.tail<2>() + way * unit.change.tail<2>()).dot(unit.slip + way * unit.slip_change);
+    sum +=
+        unit.friction * (unit.lambda[0] + change) * (unit.speed + length * unit.speed_change) +
+        (unit.lambda.tail<2>() + length * unit.change.tail<2>()).dot(unit.slip + length * unit.slip_change);
     ++count;
   }
   return count > 0 ? sum / count : 0;
@@ -244,17 +244,17 @@ void MlcpSolver::factor_units() {
 
 /// Takes the step: the same fraction of all, or where that is short, of each as much as its limits allow.
 void MlcpSolver::take_step() {
-  const double common = std::min(1.0, part_of_way * way_within());
+  const double common = std::min(1.0, fraction_of_length * common_length());
   for (Unit& unit : units_) {
-    double way = common;
-    if (common < short_way) way = std::clamp(part_of_own_way * way_of(unit), common, 1.0);
-    unit.lambda += way * unit.change;
-    unit.above += way * unit.change[0];
-    unit.below -= way * unit.change[0];
-    unit.lower += way * unit.lower_change;
-    unit.upper += way * unit.upper_change;
-    unit.speed += way * unit.speed_change;
-    unit.slip += way * unit.slip_change;
+    double length = common;
+    if (common < short_step) length = std::clamp(fraction_of_own_length * length_of_step(unit), common, 1.0);
+    unit.lambda += length * unit.change;
+    unit.above += length * unit.change[0];
+    unit.below -= length * unit.change[0];
+    unit.lower += length * unit.lower_change;
+    unit.upper += length * unit.upper_change;
+    unit.speed += length * unit.speed_change;
+    unit.slip += length * unit.slip_change;
     for (int k = 0; k < unit.rows(); ++k)
       lambda_[unit.row[k]] = unit.lambda[k] * scale_ / root_gamma_[unit.row[k]];
   }
@@ -278,11 +278,11 @@ bool MlcpSolver::solve_interior() {
     // Choose the next products by the length of the step to products of zero.
     const double mean = mean_product(0);
     set_directions(0);
-    const double ratio = std::clamp(mean_product(std::min(1.0, way_within())) / mean, 1e-3, 1.0);
+    const double ratio = std::clamp(mean_product(std::min(1.0, common_length())) / mean, 1e-3, 1.0);
     set_directions(mean * ratio * ratio * ratio);
     take_step();
     const double now = keep_if_better();
-    idle = now < less * least ? 0 : idle + 1;
+    idle = now < largest_rest * least ? 0 : idle + 1;
     least = std::min(least, now);
     if (!std::isfinite(now) || now <= near_solution) break;
   }

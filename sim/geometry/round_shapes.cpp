@@ -72,7 +72,7 @@ Vector3 RevolvedSolid::support(const Vector3& direction, int i) const {
   if (is_ball_ended) return end(i) + radius[i] * direction;
   const Vector3 out = outward(direction);
   const double length = out.norm();
-  // Take the centre of a disc straight along the axis, which is farthest as a whole.
+  // Take a disc's centre for a direction along the axis, in which all its points are equally far.
   if (length <= 1e-12) return end(i);
   // Project once more: a direction nearly along the axis is not yet perpendicular to it.
   return end(i) + radius[i] * outward(out / length).normalized();
@@ -146,7 +146,7 @@ bool is_curved(const Shape& shape) {
 std::optional<TouchingEllipsoid> touching_ellipsoid(const Shape& shape, const Shape& other,
                                                     const Vector3& point, const Vector3& normal) {
   if (const auto* polytope = std::get_if<Polytope>(&shape)) {
-    // An ellipsoid is its hull to all other shapes.
+    // Against all other shapes an ellipsoid is its hull, which is flat.
     if (!polytope->ellipsoid || !std::holds_alternative<Plane>(other)) return std::nullopt;
     return TouchingEllipsoid{Vector3::Zero(), polytope->ellipsoid->cwiseAbs2()};
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Round shapes: their construction, all of them as one type for contacts, and their curvature for rolling.
+/// Round shapes: construction, one common type for contacts, and curvature for rolling.
 
 #include <array>
 #include <optional>
@@ -29,13 +29,13 @@ struct RevolvedSolid {
   double half;     ///< from the middle to an end
   std::array<double, 2> radius;
   bool is_ball_ended;
-  /// The straight side's outward normals are cosine u + sine axis, with u all around. A solid with a ball
-  /// that holds the other has no side.
+  /// The straight side's outward normals are cosine u + sine axis, for every unit vector u across the axis. A
+  /// solid with a ball that contains the other has no side.
   double sine = 0;
   double cosine = 1;
   bool has_side = true;
 
-  /// Returns the radius of a ball about the middle that holds the solid.
+  /// Returns the radius of a ball about the middle that contains the solid.
   double reach() const;
   Vector3 end(int i) const { return i == 0 ? Vector3(middle - half * axis) : Vector3(middle + half * axis); }
   /// Returns the component of the direction perpendicular to the axis.
@@ -71,7 +71,7 @@ bool is_curved(const Shape& shape);
 /// Returns the ellipsoid that `shape` equals around the point where it touches `other`; nothing where it is
 /// flat or has an edge or a corner there. `normal` points to the shape. For a cylinder, a cone and the side
 /// of a capsule it is the circle about Y through the point, since on a line of contact only rotation about Y
-/// moves the point. All is in the shape's frame.
+/// moves the point. All vectors are in the shape's frame.
 std::optional<TouchingEllipsoid> touching_ellipsoid(const Shape& shape, const Shape& other,
                                                     const Vector3& point, const Vector3& normal);
 

@@ -73,7 +73,7 @@ Simplex nearest_of_triangle(const Vector3& a, const Vector3& b, const Vector3& c
   return {{a, b, c}, {area_a / area, area_b / area, area_c / area}, 3};
 }
 
-/// Returns the part of a tetrahedron that is nearest to the origin; all of it where it holds the origin.
+/// Returns the part of a tetrahedron that is nearest to the origin; all of it where it contains the origin.
 Simplex nearest_of_tetrahedron(const std::array<Vector3, 4>& corners) {
   constexpr std::array<std::array<int, 4>, 4> faces{{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}}};
   Simplex best;
@@ -113,7 +113,7 @@ Pose pose_at(const MovingShape& moving, double time) {
   return moving.motion.at(time) * moving.placement;
 }
 
-/// Returns the direction along which a solid is above a plane, and by how much.
+/// Returns a plane's normal, and a solid's gap above the plane.
 Separation above_plane(const Shape& shape, const Pose& pose, const Pose& plane) {
   const Vector3 normal = plane.orientation * Vector3::UnitY();
   const auto* polytope = std::get_if<Polytope>(&shape);
@@ -126,7 +126,7 @@ Separation above_plane(const Shape& shape, const Pose& pose, const Pose& plane) 
   return {normal, normal.dot(solid.support(-normal) - plane.position) - solid.radius()};
 }
 
-/// Returns a bound of the speed at which a and b close along `normal` (from b to a) between two times.
+/// Returns an upper bound of the closing speed of a and b along `normal` (from b to a) between two times.
 double closing_speed(const MovingShape& a, const MovingShape& b, const Vector3& normal, double from,
                      double to) {
   const double start = -normal.dot(a.motion.velocity - b.motion.velocity);
@@ -139,7 +139,7 @@ double closing_speed(const MovingShape& a, const MovingShape& b, const Vector3& 
          normal.cross(b.motion.spin).norm() * b.reach;
 }
 
-/// Advances the time by steps in which the shapes cannot meet, until they are within the tolerance.
+/// Advances conservatively: by times in which the shapes cannot meet, until they are within the tolerance.
 /// `separation_at` returns their separation at a time.
 template <class SeparationAt>
 std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double duration, double tolerance,
@@ -236,7 +236,7 @@ Vector3 ConvexSolid::support(const Vector3& direction) const {
 }
 
 Separation separation(const ConvexSolid& a, const ConvexSolid& b, double tolerance) {
-  // The search approaches a curved surface step by step: more are never needed to 1e-9 of the size.
+  // The search approaches a curved surface step by step, to 1e-9 of the size within these steps.
   constexpr int most_steps = 64;
   const double radii = a.radius() + b.radius();
   Vector3 nearest = a.middle() - b.middle();

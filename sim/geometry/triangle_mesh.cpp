@@ -30,7 +30,7 @@ std::uint64_t hash_of(const Vector3& point) {
   return hash;
 }
 
-/// Returns the same as `welded` by sorting: slower, but never by much.
+/// Returns the same as welded(), by sorting: slower, but bounded.
 std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std::size_t& comparisons) {
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -108,7 +108,7 @@ class TreeBuilder {
 
  private:
   struct Midpoint {
-    double middle;  // twice, along the axis of the split
+    double middle;  // twice the middle, along the axis of the split
     std::uint32_t triangle;
     bool operator<(const Midpoint& other) const {
       // Avoid a branch that would be mispredicted half the time.
@@ -120,7 +120,7 @@ class TreeBuilder {
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
     const std::span<std::uint32_t> triangles(order_.data() + begin, order_.data() + end);
     if (triangles.size() <= leaf_size) {
-      // Sort each half: the library that selected its triangles leaves them in any order.
+      // Sort the leaf, since std::nth_element leaves its triangles in an order that depends on the library.
       std::ranges::sort(triangles);
       Bounds box = boxes_[triangles[0]];
       for (const std::uint32_t t : triangles.subspan(1)) box = united(box, boxes_[t]);
@@ -179,8 +179,7 @@ void join_neighbours(TriangleMesh& mesh) {
     side = past;
   }
   std::partial_sum(mesh.ring_begin.begin(), mesh.ring_begin.end(), mesh.ring_begin.begin());
-  // In the edges' order each vertex gets first the lesser vertices around it, then the greater, each in
-  // order.
+  // List the edges in their order, so that each vertex gets its neighbours in ascending order.
   mesh.ring.resize(mesh.ring_begin.back());
   std::vector<std::uint32_t> next(mesh.ring_begin.begin(), mesh.ring_begin.end() - 1);
   for (const auto& [lesser, greater] : edges) {
@@ -253,7 +252,7 @@ bool are_paired(std::span<const FaceSide> sides) {
 
 void require_near(std::span<const Vector3> points, const std::string& what, const char* kind) {
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // Beyond, products of three lengths leave the range in which they are exact to rounding.
+    // Products of three larger lengths leave the range in which they are exact to rounding.
     if (points[i].allFinite() && points[i].cwiseAbs().maxCoeff() <= 1e9) continue;
     throw Error(
         fmt::format("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; {} needs finite coordinates within ±1e9 m",

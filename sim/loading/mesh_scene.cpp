@@ -47,7 +47,7 @@ void check(const MeshOptions& options, const std::string& file) {
           fmt::format("the copies must be from 1 to {}, but are {}", most_copies, options.copies));
 }
 
-// An object as a body, without its start.
+/// An object as a body, without its initial pose.
 struct Solid {
   std::string name;
   int first_mesh = 0;  // of the scene
@@ -65,7 +65,7 @@ class MeshSceneBuilder {
     check(options, file_);
     scene_.file = file;
     scene_.name = file.stem().string();
-    // Hash the options, too: with others the scene's poses do not fit.
+    // Hash the options, too, since poses depend on them.
     scene_.hash =
         fnv1a(fmt::format("{} {} {} {} {} {} {} {}", options.scale, options.density,
                           options.mass.value_or(-1), options.height.value_or(-1), options.rotation.x(),
@@ -93,7 +93,7 @@ class MeshSceneBuilder {
     const Quaternion turned = quaternion_of(options_.rotation);
     const Bounds box = bounds(turned);
     const Vector3 centre = box.min() + box.sizes() / 2;
-    double radius = 0;  // about the vertical through the centre: turned about it, copies stay as wide
+    double radius = 0;  // about the vertical through the centre, about which copies are rotated
     for (const Solid& solid : solids_) {
       for (const Vector3& vertex : solid.hull.vertices) {
         const Vector3 offset = turned * vertex - centre;
@@ -103,14 +103,14 @@ class MeshSceneBuilder {
     const double height = box.sizes().y();
     const double start = options_.height.value_or(box.sizes().maxCoeff() / 2);
     for (int copy = 0; copy < options_.copies; ++copy) {
-      Vector3 place(0, start + height / 2, 0);
+      Vector3 position(0, start + height / 2, 0);
       Quaternion about_vertical = Quaternion::Identity();
-      if (options_.copies > 1) place += place_of_copy(copy, radius, height);
+      if (options_.copies > 1) position += position_of_copy(copy, radius, height);
       if (copy > 0) {
-        constexpr double golden_angle = 2.399963229728653;  // no two copies stand alike
+        constexpr double golden_angle = 2.399963229728653;  // rotates no two copies alike
         about_vertical = rotation_quaternion(copy % 1000 * golden_angle * Vector3::UnitY());
       }
-      const Pose world_from_file{place - about_vertical * centre, (about_vertical * turned).normalized()};
+      const Pose world_from_file{position - about_vertical * centre, (about_vertical * turned).normalized()};
       for (const Solid& solid : solids_) add_body(solid, world_from_file, copy);
     }
     return std::move(scene_);
@@ -119,8 +119,9 @@ class MeshSceneBuilder {
  private:
   static constexpr std::size_t most_bodies = 10'000;
 
-  // Layers of two by two, each moved aside from the one below it, so that they do not stand as towers.
-  static Vector3 place_of_copy(int copy, double radius, double height) {
+  /// Returns positions in layers of two by two, each shifted against the one below it, so that no towers
+  /// arise.
+  static Vector3 position_of_copy(int copy, double radius, double height) {
     const double spacing = 2.1 * radius;
     const int layer = copy / 4;
     const double aside = layer % 2 == 0 ? 0 : 0.35;
@@ -158,7 +159,7 @@ class MeshSceneBuilder {
       mesh.name = object.name;
       scene_.meshes.push_back(with_normals(std::move(mesh), Shading::creased));
     }
-    // Ignore vertices that no triangle has.
+    // Ignore vertices that no triangle uses.
     std::vector<Vector3> corners;
     for (const Triangle& triangle : triangles) {
       for (const std::uint32_t corner : triangle) corners.push_back(positions[corner]);
@@ -228,7 +229,7 @@ class MeshSceneBuilder {
 
 Mesh placed(Mesh mesh, const NodeTransform& world) {
   for (Vector3& position : mesh.positions) position = world.linear * position + world.translation;
-  // Normals stay square to the surface under a scale that differs along its axes.
+  // Keep normals perpendicular to the surface under a scale that differs along its axes.
   const Matrix3 of_normals = world.linear.inverse().transpose();
   for (Vector3& normal : mesh.normals) normal = (of_normals * normal).stableNormalized();
   const bool is_mirrored = world.linear.determinant() < 0;
@@ -294,7 +295,7 @@ bool is_mesh_file(const GltfDocument& document) {
 }
 
 MeshFile mesh_file_of(GltfDocument& document) {
-  // Nodes may share a mesh, and each makes its own body of it.
+  // Nodes may share a mesh, and each becomes a body with a copy of it.
   constexpr std::size_t most_objects = 1000;
   constexpr std::size_t most_shared = 200'000;  // vertices and triangles
   const std::vector<GltfMesh> meshes = read_meshes(document);
@@ -302,7 +303,7 @@ MeshFile mesh_file_of(GltfDocument& document) {
   MeshFile file;
   file.hash = document.hash;
   file.surfaces = read_surfaces(document, file.images);
-  std::size_t own = 0;  // vertices and triangles, were no mesh shared
+  std::size_t own = 0;  // vertices and triangles with each mesh once
   for (const GltfMesh& mesh : meshes) own += mesh.size();
   const std::size_t most = std::max(own, most_shared);
   std::size_t size = 0;

@@ -17,16 +17,16 @@ namespace substep {
 struct ImplicitShape {
   enum class Kind { sphere, box, capsule, cylinder, plane, mesh };
   Kind kind = Kind::sphere;
-  Vector3 size = Vector3::Ones();  ///< box, full extents
+  Vector3 size = Vector3::Ones();  ///< box: full extents
   double radius_bottom = 0;        ///< a sphere's radius too
   double radius_top = 0;
   double height = 0;  ///< capsule: between the centres of its spheres
   /// Size of a plane along x and z.
   std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
                                    std::numeric_limits<double>::infinity()};
-  bool double_sided = false;  ///< plane
-  int mesh = -1;              ///< glTF 2.1's `convex` and `concave`
-  bool convex_hull = false;   ///< `convex`
+  bool double_sided = false;  ///< plane: collides on both sides
+  int mesh = -1;              ///< index of the mesh of glTF 2.1's `convex` and `concave`
+  bool convex_hull = false;   ///< true for `convex`
 };
 
 struct MotionProperties {
@@ -41,8 +41,8 @@ struct MotionProperties {
 };
 
 struct ColliderProperties {
-  int shape = -1;  ///< index into PhysicsTables::shapes, or −1 and then
-  int node = -1;   ///< the node whose meshes make the shape, or −1 and then
+  int shape = -1;  ///< index into PhysicsTables::shapes; −1: `node` or `mesh` is the shape
+  int node = -1;   ///< the node whose meshes make the shape
   int mesh = -1;   ///< the mesh that makes the shape
   bool convex_hull = false;
   int material = -1;
@@ -71,11 +71,12 @@ struct PhysicsTables {
   std::vector<ImplicitShape> shapes;
   std::vector<ContactMaterial> materials;
   std::vector<CollisionFilter> filters;
-  std::vector<Joint> joints;  ///< limits and drives alone
+  std::vector<Joint> joints;  ///< without their bodies
 };
 
-/// Both warn of unknown keys and of values without effect, and throw Error.
+/// Reads the tables at the root. Warns of unknown keys and of values without effect. Throws Error.
 PhysicsTables read_physics_tables(const GltfDocument& document);
+/// Reads a node's physics; warns and throws as read_physics_tables() does.
 NodePhysics read_node_physics(const GltfDocument& document, std::size_t node, const PhysicsTables& tables);
 
 }  // namespace substep

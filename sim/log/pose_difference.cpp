@@ -52,7 +52,7 @@ BodyDifference difference(const Coordinates& a, const Coordinates& b) {
   const Vector3 offset = (a.linear - b.linear).cwiseAbs();
   Eigen::Index axis = 0;
   result.position = offset.maxCoeff(&axis);
-  // From the vector part: the angle between nearly equal quaternions keeps its digits.
+  // Take the angle from the vector part, which keeps the digits of a small angle.
   const Quaternion between = a.angular.conjugate() * b.angular;
   result.orientation = 2 * std::atan2(between.vec().norm(), std::abs(between.w()));
   if (a.angular.coeffs() == b.angular.coeffs() || a.angular.coeffs() == -b.angular.coeffs()) {

@@ -36,12 +36,13 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-/// A binary file has lines of megabytes and bytes that would upset a terminal.
+/// Returns at most 60 bytes, escaped, for a message: a binary file has lines of megabytes and control
+/// characters.
 std::string shortened(std::string_view text) {
   return escaped(text.substr(0, 60)) + (text.size() > 60 ? "…" : "");
 }
 
-/// Returns the finite number that all of the text is.
+/// Returns the number if the whole text is one finite number.
 template <typename Number, typename... Base>
 std::optional<Number> number_in(std::string_view text, Base... base) {
   Number value{};
@@ -66,14 +67,14 @@ std::optional<std::string> unescaped(std::string_view text) {
   return result;
 }
 
-/// Goes through the lines of a log and refuses what is not as expected, naming the line.
+/// Reads a log line by line. Throws Error with the line's number where a line is not as expected.
 class Reader {
  public:
   Reader(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
 
   bool at_end() const { return rest_.empty(); }
 
-  /// Takes the next line; `expected` is for the message when there is none.
+  /// Reads the next line; the message names `expected` if there is none.
   void next(std::string_view expected) {
     if (rest_.empty()) {
       ++line_number_;
@@ -98,7 +99,7 @@ class Reader {
     return line_.substr(key.size() + 1);
   }
 
-  /// Takes the next line and returns the text after `key` in it.
+  /// Reads the next line and returns the text after `key` in it.
   std::string_view value(std::string_view key) {
     next(key);
     return after(key);
@@ -124,7 +125,7 @@ class Reader {
     return number<std::uint64_t>(text, "a hash", 16);
   }
 
-  /// The words of `text`, which must be `count`, parted by single spaces.
+  /// Returns the words of `text`, which must be `count`, separated by single spaces.
   template <std::size_t count>
   std::array<std::string_view, count> words(std::string_view text) const {
     std::array<std::string_view, count> result;
@@ -168,7 +169,7 @@ void read_header(Reader& reader, PoseLog& log) {
   if (reader.is_next("author ")) log.author = reader.name(reader.value("author"));
   for (const SettingsField& field : settings_fields) {
     if (!log.has_setting(field.name)) continue;
-    // Logs from before there was the field go on being read: it is as in Settings{}.
+    // Accept logs that are older than the field, which then is as in Settings{}.
     const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
     if (may_lack && !reader.is_next(field.name)) continue;
     const std::string_view text = reader.value(field.name);
@@ -196,7 +197,7 @@ void read_header(Reader& reader, PoseLog& log) {
   if (log.full_every < 1) reader.refuse("full-every must be at least 1");
 }
 
-/// The poses under a frame's line; leaves the reader at the first line that is none.
+/// Reads the poses after a frame's line, and the first line that is no pose.
 void read_poses(Reader& reader, PoseLog& log) {
   PoseLog::Frame& frame = log.frames.back();
   for (reader.next("end"); reader.starts_with("pose"); reader.next("end")) {
@@ -308,8 +309,8 @@ PoseLog header_of(const Simulation& simulation, int full_every) {
   return log;
 }
 
-/// Steps and hands over the frames in order, each when it is known whether it is the last, which is full.
-/// Returns how the run ended.
+/// Steps, and passes the frames to `take` in order, each one step later: the last one is full. Returns how
+/// the run ended.
 std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
                 const std::function<void(PoseLog::Frame)>& take) {
   if (frames < 0) throw Error(fmt::format("{} frames cannot be run", frames));

@@ -1,7 +1,7 @@
 #pragma once
-/// The pose log: what a run leaves, to be drawn, compared and repeated.
+/// The pose log: the record of a run, from which it is rendered, compared and repeated.
 ///
-/// Text, one line an item, '\n' line ends, numbers as the shortest decimals that read back to the same bits:
+/// Text, one line per item, '\n' line ends, numbers as the shortest decimals that read back to the same bits:
 ///
 ///     substep pose log 1
 ///     units metres seconds radians
@@ -45,16 +45,16 @@ struct PoseLog {
     std::vector<Coordinates> poses;  ///< one per body, the world included; empty when the frame is not full
   };
 
-  std::string scene;  ///< file name with extension, relative to the log's user: not a path of the machine
+  std::string scene;  ///< file name with extension, without its folder
   std::uint64_t scene_hash = 0;
   /// Name of the other program that made the run; only the step of the settings is then known.
   std::string author;
   Settings settings;
   std::string modelled;
   std::vector<std::string> bodies;  ///< names; bodies[0] is the world
-  int full_every = 1;               ///< frame k has poses when k is a multiple, and the last one has
+  int full_every = 1;               ///< frame k has poses where k is a multiple; the last frame always has
   std::vector<Frame> frames;        ///< frame k is the state after k steps
-  /// "ok", or how the run went wrong: "diverged 17 body 3 crate", "unsolved 17 steps 2".
+  /// "ok", or how the run failed: "diverged 17 body 3 crate", "unsolved 17 steps 2".
   std::string end = "ok";
 
   /// True where the setting of this name is known.
@@ -71,18 +71,17 @@ std::string to_text(const PoseLog& log);
 /// Called after each step with the frame's number.
 using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 
-/// Runs the simulation for `frames` steps and logs it. Ends early, and says so in `end`, when it diverges;
-/// `end` also says when steps were not solved. Throws Error when `frames` is negative or `full_every`
-/// below 1.
+/// Runs the simulation for `frames` steps and logs it. Ends early when it diverges. `end` reports this, and
+/// steps that were not solved. Throws Error when `frames` is negative or `full_every` below 1.
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame = {});
 
-/// The end of a run of record_to().
+/// The result of record_to().
 struct WrittenRun {
   int last_frame = 0;
-  std::string end = "ok";  ///< as PoseLog's
+  std::string end = "ok";  ///< as PoseLog::end
 };
 
-/// Records to `file`, whole or not at all. Memory does not grow with the frames.
+/// Records to `file`, which appears only when it is complete. Memory does not grow with the frames.
 WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, int frames, int full_every,
                      const AfterFrame& after_frame = {});
 
@@ -93,7 +92,7 @@ struct BodyDifference {
   double orientation = 0;  ///< rad
 
   double size() const { return axis == 'r' ? orientation : position; }
-  /// Compares positions first: a turned ball can look the same.
+  /// Compares positions first, since a rotated ball can look the same.
   bool is_larger_than(const BodyDifference& other) const {
     return position != other.position ? position > other.position : orientation > other.orientation;
   }
@@ -104,17 +103,16 @@ BodyDifference difference(const Coordinates& a, const Coordinates& b);
 
 /// The first frame whose hashes differ, and there the body and quantity that differ most.
 struct PoseDifference {
-  int first_frame = -1;  ///< first frame with other hashes, or that one log lacks; −1: none
-  /// First frame with other poses under one hash, so that something else than a run wrote one of the logs;
-  /// −1: none
+  int first_frame = -1;  ///< first frame whose hashes differ or that one log lacks; −1: none
+  /// First frame with equal hashes but different poses, so that one of the logs is not from a run; −1: none
   int first_contradiction = -1;
-  int first_full_frame = -1;    ///< first frame at or after it with poses in both
-  int body = 0;                 ///< with the largest difference there
+  int first_full_frame = -1;    ///< first frame from `first_frame` on with poses in both
+  int body = 0;                 ///< with the largest difference in that frame
   char axis = ' ';              ///< 'x' 'y' 'z' of position, 'r' for orientation; ' ' where poses are equal
   double size = 0;              ///< m, or rad for 'r'
   double largest_position = 0;  ///< over all full frames, m
   double largest_orientation = 0;  ///< over all full frames, rad
-  std::string headers;             ///< what differs in the headers and the end, one line each; empty: nothing
+  std::string headers;             ///< differences of the headers and the end, one line each; empty: none
 
   /// True where the logs are equal.
   bool none() const { return first_frame < 0 && first_contradiction < 0 && headers.empty(); }

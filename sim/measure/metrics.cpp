@@ -20,7 +20,7 @@ namespace {
 using Severity = Violation::Severity;
 
 constexpr double bounded_error = 0.1;  // of the scene's size
-constexpr double still = 0.01;         // of the smallest body: a reference that moves by less stands
+constexpr double still = 0.01;  // of the smallest body's size: a reference that moves less stands still
 /// Limit of joint gaps, overlaps and displacements of standing bodies, as a fraction of the smallest body's
 /// size.
 constexpr double bounded_violation = 0.1;
@@ -137,7 +137,7 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
 
 void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
   const double size = size_of(scene);
-  // Judge no error without a reference.
+  // Ignore the error where there is no reference.
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
   const double most = bounded_violation * smallest_body_of(scene);
   metrics.energy_scale = energy_scale(scene);
@@ -158,8 +158,8 @@ Measurement measured(const Scene& scene, Stepper& stepper, double step, const Re
   return run;
 }
 
-/// Returns a bound on the energy of correcting the violations of the start, J: each moving body is pushed by
-/// at most all of them in a row, against the weight of all.
+/// Returns an upper bound on the energy of correcting the initial violations, J: the weight of all bodies,
+/// raised by the violations of all moving bodies in a row.
 double energy_of_violations(const Scene& scene, double violation) {
   double weight = 0;
   int moving = 0;

@@ -53,7 +53,8 @@ fs::path ReferenceCache::file_of(const std::string& key) const {
   return folder_ / fmt::format("{:016x}{}", fnv1a(key, fnv1a(program_)), extension);
 }
 
-/// A file holds the hash of what follows in 16 digits, then, as CBOR, the key and the result.
+/// Returns a cached result. A file holds the hash of its rest in 16 digits, then, as CBOR, the key and the
+/// result.
 std::optional<nlohmann::json> ReferenceCache::find(const std::string& key) const {
   constexpr std::size_t digits = 16;
   if (program_.empty()) return std::nullopt;

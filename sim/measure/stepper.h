@@ -1,7 +1,7 @@
 #pragma once
 /// The interface of simulations that can be measured: a stepper moves the bodies of a scene from step to
-/// step. Our algorithms and other physics engines implement it. And the CPU time of a run and of the stages
-/// of its steps, which differs from run to run.
+/// step. Our algorithms and other physics engines implement it. Also measures CPU times of runs and of the
+/// stages of their steps.
 
 #include <cstdint>
 #include <functional>
@@ -19,7 +19,7 @@ class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  /// Advances by one step h. False when the state is no longer finite; then it is left as it was.
+  /// Advances by one step h. Returns false, and leaves the state as it was, where it would not stay finite.
   virtual bool step() = 0;
 
   /// Returns centres of mass, orientations of the body frames and world velocities of all bodies, in the
@@ -29,7 +29,7 @@ class Stepper {
   /// Returns the contacts of the last step; nothing where they are not known.
   virtual std::optional<std::vector<ContactImpulse>> contact_impulses() const { return std::nullopt; }
 
-  /// Rows solved so far; 0 where that is not known.
+  /// Returns the number of rows solved so far; 0 where it is not known.
   virtual std::int64_t row_solves() const { return 0; }
 };
 
@@ -47,7 +47,7 @@ std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& s
 /// orders up to 12: extrapolation. Throws Error where the scene has contacts, or starts with open joints.
 ///
 /// Closed loops have redundant rows. Rows that are linearly dependent to 1e-6, in the metric of the masses
-/// where a step begins, are left out of the step; they hold by the others.
+/// where a step begins, are left out of the step; the other rows imply them.
 ///
 /// A step does not end at an event: it finds the events by bisection, and continues after each. step()
 /// returns false also where a step has more than twenty events; the state is then that before the step.
@@ -56,13 +56,13 @@ std::unique_ptr<Stepper> reference_stepper(const Scene& scene, double step, int 
 /// Returns the CPU time of this thread, s; other threads do not count.
 double cpu_time();
 
-/// Mean CPU times of one step of h, µs. The whole step is timed in runs without anything in between; s1, s2
-/// and s4 are repeated by themselves at states along the run, and s3 is what is left.
+/// Mean CPU times of one step of h, µs. The whole step is timed in undisturbed runs; s1, s2 and s4 are timed
+/// alone at states along the run, and s3 is the rest.
 struct StageTimes {
   double geometry = 0;     ///< s1: contacts
   double formulation = 0;  ///< s2: rows and biases
   double velocities = 0;   ///< s3: the solver, with its sub-steps
-  double coordinates = 0;  ///< s4: stepping coordinates; A3's n times, with its formulation of rows anew
+  double coordinates = 0;  ///< s4: stepping coordinates; in A3 n times, with the rows formulated again
 };
 
 struct RunTimes {
@@ -70,7 +70,7 @@ struct RunTimes {
   double smallest = 0;  ///< of the repetitions
   double largest = 0;
   int repetitions = 0;
-  StageTimes stages;  ///< µs a step; all 0 for steppers that are not ours
+  StageTimes stages;  ///< µs a step; all 0 for other engines
 };
 
 /// Runs `repetitions` times on this thread. A run that diverges is timed until then.

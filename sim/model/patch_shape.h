@@ -22,8 +22,8 @@ struct PatchShape {
   Matrix3 axes_in_a;    ///< columns: the axes in a's frame
   Matrix3 axes_in_b;    ///< columns: the axes in b's frame
   double tilt[2];       ///< change of the gap along the tangents, per m
-  double left[3];       ///< added to the gap at the centre, and to its tilt: overlap that later steps recover
-  double reference[3];  ///< friction's displacement less what the coordinates tell: tangents, m; twist, rad
+  double left[3];       ///< overlap that later steps recover: of the gap at the centre, and of its tilt
+  double reference[3];  ///< friction's displacement less the slip of the coordinates: tangents, m; twist, rad
   double friction;      ///< μ
   /// Forces from which a warm start continues: the force along the normal, the torques about the tangents;
   /// the forces along the tangents, the torque about the normal. N, N m; 0 without a warm start.
@@ -34,11 +34,11 @@ struct PatchShape {
   Vector3 position;  ///< of a's centre of mass from b's, in b's frame
   Quaternion turn;   ///< the rotation from a's frame to b's
   double corner[most_corners]
-               [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
+               [2];  ///< hull of the points, along the tangents from the centre, counterclockwise
 };
 
 /// Returns how a patch has slipped since it was found: along the tangents, m, and the twist, rad. `position`:
-/// of a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
+/// a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
 inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
   const Matrix3 axes_now = a_in_b.transpose() * shape.axes_in_b;
   const Vector3 apart =
@@ -49,9 +49,9 @@ inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const M
 /// Returns the displacement by which a point of a patch has slid, body frame of b.
 inline Vector3 displacement_at(const PatchShape& shape, const Vector3& slip, const Vector3& arm_b) {
   const Vector3 moved = slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
-  const Vector3 place = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);
-  return shape.axes_in_b.col(1) * (moved[0] - moved[2] * place[2]) +
-         shape.axes_in_b.col(2) * (moved[1] + moved[2] * place[1]);
+  const Vector3 offset = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);
+  return shape.axes_in_b.col(1) * (moved[0] - moved[2] * offset[2]) +
+         shape.axes_in_b.col(2) * (moved[1] + moved[2] * offset[1]);
 }
 
 }  // namespace substep

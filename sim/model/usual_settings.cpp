@@ -52,9 +52,10 @@ Settings usual_settings(const Scene& scene, Algorithm algorithm) {
   if (algorithm == Algorithm::a2) settings.iterations = scene.substeps;
   if (!has_loop(scene, Springs::count)) return settings;
   constexpr int iterations_in_loop = 200;  // a spatial four-bar's energy: 4.6 % off; with 30 16 %
-  constexpr double most_for_plain = 50;
+  constexpr double largest_ratio_for_plain = 50;
   if (algorithm == Algorithm::a2) settings.iterations = std::max(settings.iterations, iterations_in_loop);
-  if (algorithm == Algorithm::a3 && mass_ratio(scene) <= most_for_plain) settings.joints = Joints::plain;
+  if (algorithm == Algorithm::a3 && mass_ratio(scene) <= largest_ratio_for_plain)
+    settings.joints = Joints::plain;
   return settings;
 }
 

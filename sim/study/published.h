@@ -1,20 +1,20 @@
 #pragma once
-/// Results that others published, beside ours. The file says what was reported and what is run:
+/// Results that others published, compared with ours. The file lists reported results and our runs:
 ///
 ///     [[result]]
 ///     name = "P1 Kapla tower"
-///     scenes = ["published/kapla.gltf"]           # relative to the file; what they expect decides
+///     scenes = ["published/kapla.gltf"]           # relative to the file; their expectations decide
 ///     rule = "A1 and A5 stand at the default"     # in words, for the page
 ///     reported = [["RaiSim", "10 iterations", "25 steps"]]
 ///
 ///     [[result.run]]
 ///     name = "default"
 ///     algorithms = ["a1", "a5"]                   # default: a1, a2, a3, a5
-///     judged = ["a1", "a5"]                       # those that meet the result or lose it; default: none
+///     judged = ["a1", "a5"]                       # those that have to meet the result; default: none
 ///     settings = { substeps = 10 }                # fields of settings_fields.h
-///     steps = 2                                   # of the scene that are one step of the run
+///     steps = 2                                   # steps of the scene per step of the run
 ///     duration = 6                                # s, where it is shorter than the scene's
-///     against = "n = 4"                           # figures are those of this earlier run over these
+///     against = "n = 4"                           # figures are ratios: of this earlier run to this one
 ///     at_least = 4                                # with `against`: the least ratio
 ///     time = true                                 # also the mean CPU time of a step
 ///     forget_patches = true                       # each step forms its contact patches anew
@@ -37,8 +37,8 @@ struct PublishedRun {
   std::string name;
   std::vector<Algorithm> algorithms;
   std::vector<Algorithm> judged;
-  std::function<void(Settings&)> adjust;  ///< sets what the file says
-  int steps = 1;                          ///< of the scene that are one step of the run
+  std::function<void(Settings&)> adjust;  ///< applies the file's `settings`
+  int steps = 1;                          ///< steps of the scene per step of the run
   std::optional<double> duration;         ///< s
   std::string against;
   double at_least = 0;
@@ -59,7 +59,7 @@ struct PublishedResult {
 /// range.
 std::vector<PublishedResult> read_published(const std::filesystem::path& file);
 
-/// One line of figures: those of one expectation in one run, by algorithm.
+/// The figures of one expectation in one run, by algorithm.
 struct PublishedFigure {
   std::string what;
   std::string run;

@@ -42,12 +42,12 @@ std::string run_columns() {
   return text + ",label";
 }
 
-/// Throws Error for a figure that no run can have: what a file says goes into tables and figures.
+/// Throws Error for a number that no run can have, since the file's numbers go into tables and figures.
 void require_possible(const SweepRecord& r) {
   const auto require = [&r](bool possible, const char* what, double value) {
     if (!possible) throw Error(fmt::format("not what a sweep wrote: '{}' of {} is {}", what, r.key, value));
   };
-  // Infinite where a run ended before it could be compared.
+  // Accept infinity, of a run that ended before it could be compared.
   const auto not_negative = [&](const char* what, double value) { require(value >= 0, what, value); };
   const auto positive = [&](const char* what, double value) {
     require(value > 0 && std::isfinite(value), what, value);
@@ -96,7 +96,7 @@ void require_possible(const SweepRecord& r) {
 
 constexpr std::array<std::string_view, 3> contact_kinds{"none", "standing", "moving"};
 
-/// Calls `visit` with the keys of JSON that come before the settings, and their values.
+/// Calls `visit` with the keys of the JSON that come before the settings, and their values.
 void visit_names(auto& record, auto&& visit) {
   visit("key", record.key);
   visit("scene", record.scene);
@@ -104,7 +104,7 @@ void visit_names(auto& record, auto&& visit) {
   visit("label", record.label);
 }
 
-/// Calls `visit` with keys that come after the settings, and their values.
+/// Calls `visit` with the keys that come after the settings, and their values.
 void visit_figures(auto& record, auto&& visit) {
   visit("size", record.size);
   visit("duration", record.duration);

@@ -21,7 +21,7 @@ bool is_other_engine(const SweepRecord& record);
 /// Returns the RMS error over the scene's size; for bodies that turn in place the RMS turn in rad. It is not
 /// finite where the run ended early.
 double error_of(const SweepRecord& record);
-/// Returns error_of(), or where the reference ends at the start the largest joint gap or overlap over the
+/// Returns error_of(); where the reference ends at the start, the largest joint gap or overlap over the
 /// scene's size.
 double miss_of(const SweepRecord& record);
 /// Returns the title of miss_of() for these records of one scene: "RMS error / size" or another.
@@ -31,7 +31,7 @@ bool turns_in_place(const std::vector<SweepRecord>& records);
 /// (below `smallest_plotted_error`).
 bool is_sure(const SweepRecord& record);
 
-/// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of a
+/// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of an
 /// engine.
 struct RunFamily {
   std::string title;  ///< "A3 plain", "A2 m=16"
@@ -42,12 +42,13 @@ struct RunFamily {
 /// iterations and the scene's step, or all steps where n is the same.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
 
-/// Returns the measured runs of one scene that are in no family.
+/// Measured runs that are in no family, for one reason.
 struct RunsLeftOut {
   std::string title;
   std::string reason;
   int count = 0;
 };
+/// Returns the measured runs of one scene that are in no family.
 std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records);
 
 /// Returns true where some run had overlapping bodies: the sweep ran the scene for its contacts.
@@ -66,7 +67,7 @@ double scene_step(const std::vector<SweepRecord>& records);
 /// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
 std::string percent(double share);
 
-/// Less is rounding: runs that do it exactly are drawn there.
+/// Smallest error in plots: smaller ones are rounding, and are drawn here.
 inline constexpr double smallest_plotted_error = 1e-10;
 
 /// Returns true for a measured run of one of the five algorithms.
@@ -86,22 +87,21 @@ double time_or_rows(const SweepRecord& record);
 /// `records`: of one scene.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
-/// The runs that no other one beats in both error and cost, the cheapest first.
+/// Returns the runs that no other one beats in both error and cost, the cheapest first.
 std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
 
-/// CPU time of a simulated second, s; not a number where there are no times.
+/// Returns the CPU time of a simulated second, s; NaN where there are no times.
 double cost_of(const SweepRecord& record);
 
-/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that go wrong
-/// later.
+/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that fail later.
 std::string advice(const std::vector<SweepRecord>& records);
 
-/// Returns the order of the error in h/n: the least-squares slope of a family's finest
-/// four runs whose error is above the reference's uncertainty. Nothing with fewer than three.
+/// Returns the order of the error in h/n: the least-squares slope of a family's finest four runs whose error
+/// is above the reference's uncertainty. Nothing with fewer than three.
 std::optional<double> measured_order(const std::vector<SweepRecord>& family);
 
 /// Returns the order from each run to the next with half its h/n: the geometric middle of the two (s) and the
-/// slope. Lost runs and errors that the reference is not sure of have none.
+/// slope. Diverged runs and errors near the reference's uncertainty have none.
 std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family);
 
 }  // namespace substep

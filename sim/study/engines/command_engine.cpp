@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The files of one run, removed with it.
+/// A temporary folder for the files of one run, which its destructor removes.
 class RunFolder {
  public:
   RunFolder() {
@@ -79,7 +79,7 @@ void run_program(const Command& words, double time_limit) {
   if (*succeeded) return;
   const std::string line = last_line(messages.content());
   const int code = process->exit_code();
-  // Code 3 is a simulator's own refusal, which its line explains.
+  // Report only the line of a simulator that refuses, with code 3.
   if (code == 3 && !line.empty()) throw Error(line);
   throw Error(fmt::format("{} ended with {} {}{}{}", words.front(), code < 0 ? "signal" : "exit code",
                           std::abs(code), line.empty() ? "" : ": ", line));
@@ -122,7 +122,7 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
     throw Error(fmt::format("command '{}': {{poses}} must stand for the table that it writes",
                             fmt::join(command, " ")));
   }
-  // Names come from files, in any coding.
+  // Replace invalid UTF-8, since names come from files in any encoding.
   constexpr auto replaced = nlohmann::json::error_handler_t::replace;
   write_file(folder.file("scene.json"), scene_json(scene).dump(1, ' ', false, replaced));
   write_file(folder.file("settings.json"), nlohmann::json{{"step", settings.step},
