@@ -1,10 +1,10 @@
 // Algorithm 1, Γ(t,h): essential stepping.
 //
-// The direct solver is in direct_solver.h. It works on weighted rows J M^(−1/2), so that Γ is their product
-// with themselves. As M turns with the bodies they are J̆ M̆^(−1/2), and meanwhile v is v̆: J v = J̆ v̆ (III).
+// The direct solver is in direct_solver.h. It works on weighted rows G = J M^(−1/2), with Γ = G Gᵀ. As M
+// rotates with the bodies, it uses J̆ M̆^(−1/2) and v̆ instead: J v = J̆ v̆ (III).
 //
 // The report leaves friction and restitution open. Here friction is Coulomb's disc, solved with all other
-// rows (mlcp.h), and what meets in the step bounces (contact_batch.h).
+// rows (mlcp.h), and bodies that meet in the step bounce (contact_batch.h).
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"

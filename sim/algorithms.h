@@ -9,10 +9,10 @@
 /// | a4_approximate.cpp | proc4   | approximates J̆ (line 15), β (line 16) and the orientation step (line 20) |
 /// | a5_havok.cpp       | proc5   | A4 refactored; all Jacobians in β identified with the current one        |
 ///
-/// Each steps `q` and `v` in place. `problem` holds 𝒞 with J¹, β¹
-/// formulated at q (steps s1 and s2). In A2 `v` and the rows are in the world frame; in A3, A4 and A5
-/// they are in the bodies' frames (v̆, J̆); in A1 just the rows are. Cost, in row solves: A2 m, A3–A5 n·m per
-/// row; A3 formulates n times, the others once.
+/// Each function steps `q` and `v` in place. `problem` holds 𝒞 with J¹, β¹ formulated at q (steps s1 and s2).
+/// In A2 `v` and the rows are in the world frame; in A3, A4 and A5 they are in the bodies' frames (v̆, J̆);
+/// in A1 only the rows are. Cost, in row solves: A2 m, A3–A5 n·m per row; A3 formulates n times, the others
+/// once.
 
 #include <cstdint>
 #include <vector>

@@ -57,7 +57,7 @@ std::string collider_line(const json& collider) {
                         measure("height"));
   }
   const json& material = collider.at("material");
-  // A mode that is not stated leaves the choice to the other material.
+  // Print "not stated" where the other material chooses the mode.
   const auto mode = [&](const char* key) {
     return material.at(key).is_null() ? std::string("not stated") : material.at(key).get<std::string>();
   };
@@ -67,7 +67,7 @@ std::string collider_line(const json& collider) {
 }
 
 void print_colliders(const json& body) {
-  // Compounds often repeat one shape: counted in the order of their first.
+  // Count equal successive colliders, since compounds often repeat one shape.
   std::vector<std::pair<std::string, int>> lines;
   for (const json& collider : body.at("colliders")) {
     const std::string line = collider_line(collider);
@@ -160,7 +160,7 @@ void print(const json& scene) {
 void show(const InfoOptions& options) {
   const json description = scene_json(load_scene(options.scene.file, options.scene.mesh_options()));
   if (options.as_json) {
-    // Names come from files, in any coding.
+    // Replace invalid UTF-8, since names come from files in any encoding.
     fmt::print("{}\n", description.dump(1, ' ', false, json::error_handler_t::replace));
   } else {
     print(description);
@@ -171,7 +171,7 @@ void show(const InfoOptions& options) {
 
 void add_info_command(CLI::App& app) {
   CLI::App* const command =
-      app.add_subcommand("info", "Say what a scene contains, what of it is modelled and what is not");
+      app.add_subcommand("info", "Print a scene's contents, and which of them are modelled");
   const auto options = std::make_shared<InfoOptions>();
   options->scene.add_to(*command);
   command->add_flag("--json", options->as_json, "As JSON: SI units, null for infinite");

@@ -44,7 +44,7 @@ class RunSummary {
       : scene_(simulation.scene()),
         settings_(simulation.settings()),
         invariants_(scene_, simulation.state()),
-        // Measuring penetration finds contacts once more, so leave it out in steps finer than a film's.
+        // Measure penetration, which finds contacts again, at most 60 times per simulated second.
         every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
     invariants_.add(simulation.state(), 0, metrics_);
   }
@@ -77,8 +77,8 @@ class RunSummary {
     }
   }
 
-  /// Prints the violations that are no errors. Returns the others and how the run ended, in words; empty: the
-  /// run is good. `doubt` has been printed.
+  /// Prints the violations that are no errors, but `doubt`, which was printed before. Returns the errors and
+  /// the run's end as text; empty if the run is good.
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);
@@ -108,7 +108,7 @@ class RunSummary {
   double residual_ = 0;    // the largest
 };
 
-/// Throws Error where an output is another or the scene's, or cannot be made.
+/// Throws Error if an output is also another output or a file of the scene, or cannot be written.
 void require_outputs(const RunOptions& options, const fs::path& output, const fs::path& problem) {
   require_folder_of(output);
   std::vector<GivenFile> outputs{{"--output", output}, {"the unsolved problem", problem}};
@@ -181,30 +181,23 @@ void add_run_command(CLI::App& app) {
   options->solver.add_algorithm_to(*command);
   options->solver.add_to(*command);
   command->add_option("--output", options->output, "The pose log (SCENE.ALGORITHM.poses.txt)");
-  command->add_option("--every", options->every, "Full poses every so many steps; a hash every step")
+  command->add_option("--every", options->every, "Steps between full poses; each step has a hash")
       ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "Also write centres of mass, orientations and velocities as a table");
-  command->add_flag("--strict", options->strict,
-                    "Also an error: all that is warned of, and least-squares steps");
+  command->add_flag("--strict", options->strict, "Treat warnings and least-squares steps as errors");
   command->footer(
       "Ends with code 1 when the run diverges, a step is not solved or a joint opens by more than the "
-      "scene's\n"
-      "size: the log says so at its end.\n"
-      "Redundant rows that contradict one another (a closed loop's) are solved in the least-squares sense:\n"
-      "that is said at the end. Warned of is, beyond what the start has: a joint's gap above a hundredth of "
-      "the\n"
-      "scene or a tenth of the smallest body; a penetration above the latter; bodies that pass through "
-      "others;\n"
-      "where nothing drives the scene an energy that rises by a tenth of what its speeds and a fall by its "
-      "size\n"
-      "are worth; where nothing brakes joints either, one that falls by as much; of free bodies an energy or "
-      "a\n"
-      "momentum that drifts by a hundredth; in A4 and A5 summed rotation that turns a body by 0.1 rad; "
-      "before\n"
-      "the run, sub-steps that will not hold the masses or with which A5 gets worse. Smaller steps or "
-      "sub-steps may not mend a rise, a smaller κ may\n"
-      "(claim 15).\n"
+      "scene's size. The log's last line reports divergence and unsolved steps.\n"
+      "Redundant rows that contradict one another, as in closed loops, are solved in the least-squares "
+      "sense, which is reported at the end.\n"
+      "Warnings, of what the start does not have: a joint gap above a hundredth of the scene or a tenth of "
+      "the smallest body; a penetration above the latter; bodies that pass through others; without drives, "
+      "an energy growth above a tenth of the initial kinetic energy and a fall by the scene's size; where "
+      "nothing brakes joints either, an energy loss above the same; for free bodies, an energy or momentum "
+      "drift above a hundredth; in A4 and A5, summed rotation that turns a body's momentum by 0.1 rad; "
+      "before the run, sub-steps too few for the masses or with which A5 gets worse.\n"
+      "Smaller steps or sub-steps may not reduce an energy growth; a smaller κ may (claim 15).\n"
       "Example:\n"
       "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv");
   command->callback([options] { run(*options); });

@@ -11,20 +11,20 @@
 namespace substep {
 
 /// The coordinates that a sub-step starts from: exactly stepped ones (A3), or those of the frame's start and
-/// the sum of velocities since (A4, A5).
+/// the sum of velocities since then (A4, A5).
 struct Substeps {
   double duration = 0;              ///< hs
   int count = 1;                    ///< n
   double part = 1;                  ///< fraction of the step that the sub-steps divide
-  bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
+  bool bias_at_next_frame = false;  ///< A3: a stable block's bias is from the next frame too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
-  std::vector<Velocity> change;  ///< A5: of sv in the sub-step
+  std::vector<Velocity> change;  ///< A5: change of sv in the sub-step
   /// Changes of angular velocity by the gyroscopic term, one for each of Model::gyroscopic, rad/s.
   std::vector<Vector3> gyroscopic_change;
 };
 
-/// The warm start of (sub-)steps of A2 to A5, which is not the report's.
+/// The warm start of (sub-)steps of A2 to A5; the report has none.
 struct WarmStart {
   double fraction = 0;     ///< of the last (sub-)step's impulses that the next starts from; 0: λ = 0
   double joint_scale = 1;  ///< factor of joints' impulses relative to A5's λ□: κ
@@ -35,29 +35,28 @@ struct WarmStart {
 struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
-  std::vector<PatchShape>* kept_patches = nullptr;  ///< those of the step before that hold; or null
+  std::vector<PatchShape>* kept_patches = nullptr;  ///< patches of the last step that still hold; or null
   Constraints c;
   Substeps substeps;
   WarmStart warm_start;
-  std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
+  std::vector<Matrix3> rotations;  ///< at the coordinates of formulate()
 };
 
-/// Lists the blocks of joints, and the contacts without patches. `joints` selects the joints' blocks. Blocks
-/// in succession seldom share a moving body: a block waits for the velocities that the block before it leaves
-/// where they share one, and the wait is most of its time. Blocks that do share one keep the model's order,
-/// so a sweep computes the same bits in both orders.
+/// Lists the blocks of joints, and the contacts without patches. `joints` selects the joints' blocks.
+/// Successive blocks seldom share a moving body, since a block then waits for the velocities of the block
+/// before it, which takes most of its time. Blocks that do share one keep the model's order, so a sweep
+/// computes the same bits in both orders.
 void build_blocks(Problem& problem, Joints joints);
 
-/// Lists the contacts of a step, and takes over its kept patches. `q`: the coordinates at which the contacts
-/// were found; without them no contacts become patches. A1 needs that, since it solves the points of all
-/// contacts.
+/// Lists the contacts of a step, and takes over the kept patches. `q`: the coordinates at which the contacts
+/// were found; without them, as in A1, which solves all contacts by points, no contacts become patches.
 void build_contacts(Problem& problem, const std::vector<Coordinates>& q = {});
 
 /// Returns the value of a joint's coordinate, m or rad.
 double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q);
 
-/// Returns the energy of springs, J: of soft limits beyond their bounds, and of drives off their targets, as
-/// if their forces had no limit. Drives in mode 'acceleration' do not count.
+/// Returns the energy of springs, J: of soft limits beyond their bounds, and of drives off their targets,
+/// without limits of force. Drives in mode 'acceleration' do not count.
 double energy_of_springs(const Model& model, const std::vector<Coordinates>& q);
 
 /// s2: computes J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
@@ -74,8 +73,8 @@ struct Placed {
 /// Computes J, β and M⁻¹Jᵀ of a block's rows.
 void formulate_block(Problem& problem, Block& x, const Placed& at, double hs);
 
-/// Recomputes J̆_x, and in A3 β_x, of a stable block from the coordinates that velocities `v_hat` lead to.
-/// Does nothing to other blocks. `sum_v`: A5's sum, which its velocities contain, else null.
+/// Recomputes J̆_x, and in A3 β_x, of a stable block from the coordinates to which `v_hat` leads. Does
+/// nothing to other blocks. `sum_v`: A5's sum of velocities, which `v_hat` includes, else null.
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
                    const std::vector<Velocity>* sum_v = nullptr);
 
@@ -105,8 +104,8 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 /// is a fraction of the last sub-step's impulses, which are applied to `v`.
 void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v = nullptr);
 
-/// Returns the number of sweeps of a sub-step for the setting m. The sub-step of an impact takes as many as
-/// pass the impact on through joints and through rows of touching bodies.
+/// Returns the number of sweeps of a sub-step for the setting m. The sub-step of an impact takes enough to
+/// transmit it through joints and rows of touching bodies.
 int sweeps_of(const Problem& problem, int m);
 
 /// Updates biases, β_x ← β_x − J̆ v̆, of every position-level row. β of friction that slides is 0.
@@ -115,9 +114,9 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 /// Scales biases, β□ = (τ/κ) β, of every row that is stabilized; the others' fixed point is their own β.
 void box_biases(Constraints& c, const Settings& settings);
 
-/// Adds J̆ change to β_x as far as x does not follow the coordinates, and for contacts with their own τ and κ:
-/// A5's sum of velocities updates all rows by one share. The change is (τ/κ) v̆, which led to `sum_v`. β of
-/// friction that slides is J̆ sv.
+/// Adds J̆ change to β_x as far as x does not follow the coordinates, and for contacts with their own τ and
+/// κ: A5's sum of velocities updates all rows by one factor. The change is (τ/κ) v̆, which led to `sum_v`. β
+/// of friction that slides is J̆ sv.
 void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& v_local,
                       const std::vector<Velocity>& sum_v);
 
@@ -131,18 +130,18 @@ void keep_impulses(const std::vector<double>& lambda, Constraints& c);
 /// Applies v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
 void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
 
-/// Returns the largest frequency of a body's turning in the geometric stiffness of its joints, rad/s, or
-/// `least` where none is larger, with the forces λ/duration of rows that were formulated one by one in the
-/// bodies' frames. `stiffness`: buffer for K by body, in the bodies' frames. A joint that pulls with F on a
-/// point at the arm r from the centre of mass gives K = (r·F) 1 − (r Fᵀ + F rᵀ)/2, for the torque r × F
-/// changes by −K θ as the body turns by θ. Only joints that lock a point count. No mode of the jointed bodies
-/// is faster: the stiffness is a sum over bodies, and locks take freedom from it.
+/// Returns the largest frequency of a body's rotation against the geometric stiffness of its joints, rad/s;
+/// at least `least`. Forces are λ/duration of rows formulated singly in the bodies' frames. `stiffness`:
+/// buffer for K by body, in the bodies' frames. A joint that pulls with F on a point at the arm r from the
+/// centre of mass gives K = (r·F) 1 − (r Fᵀ + F rᵀ)/2, for the torque r × F changes by −K θ as the body turns
+/// by θ. Only joints that lock a point count. No mode of the jointed bodies is faster: the stiffness is a sum
+/// over bodies, and locks only remove freedom.
 double transverse_frequency(const Problem& problem, double duration, double least,
                             std::vector<Matrix3>& stiffness);
 
 /// Returns the largest frequency in the geometric stiffness of joints that bear the weights of a scene at
-/// rest, rad/s. Where bodies hang on ball joints alone, they may swing to where they pull most, and a chain
-/// that starts level is not taut yet, so gravity also counts along all axes.
+/// rest, rad/s. Bodies that hang on ball joints alone may swing to where they pull most, and a level chain is
+/// not taut at first, so gravity also counts along all axes.
 double frequency_at_rest(const Model& model, const std::vector<Contact>& contacts,
                          const std::vector<Coordinates>& q, double h);
 

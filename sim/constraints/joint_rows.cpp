@@ -26,7 +26,8 @@ namespace {
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// Sets a row that is rigid and two-sided. Its impulse stays: a block may be formulated amid its iteration.
+/// Sets a row that is rigid and two-sided. Its impulse stays, since a block may be formulated between
+/// iterations.
 void set_rigid(double beta, const Vector3& linear, Row& row) {
   row.linear = linear;
   row.beta = beta;
@@ -69,7 +70,7 @@ Frames frames_of(const Attachment& attachment, const Placed& at) {
   return f;
 }
 
-/// A coordinate's value, and its rate as a row: linear, and ᵣJᵀ of both bodies in the world frame.
+/// A coordinate's value, and its rate as a row: the linear part, and ᵣJᵀ of both bodies in the world frame.
 struct Measured {
   double value = 0;
   Vector3 linear = Vector3::Zero();
@@ -77,8 +78,8 @@ struct Measured {
   Vector3 angular_b = Vector3::Zero();
 };
 
-/// Returns the offset of a's origin from b's along a unit vector that is fixed in b. The turning of b adds
-/// ω_b × direction · offset, as if b's arm reached to a's origin; it adds 0 where the vector follows the
+/// Returns the offset of a's origin from b's along a unit vector that is fixed in b. The rotation of b adds
+/// ω_b × direction · offset, as if b's arm reached to a's origin; this is 0 where the vector follows the
 /// offset.
 Measured along(const Frames& f, const Vector3& direction) {
   return {direction.dot(f.offset), direction, f.arm_a.cross(direction), direction.cross(f.arm_b + f.offset)};
@@ -95,7 +96,7 @@ Quaternion relative_rotation(const Frames& f) {
   return q;
 }
 
-/// Distance from an axis below which a point has no direction across it, relative to that along the axis.
+/// Distance from an axis, relative to that along it, below which a point has no direction across the axis.
 constexpr double on_axis = 1e-12;
 
 Measured measure(const JointCoordinate& coordinate, const Frames& f) {
@@ -108,7 +109,7 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
     case Kind::radius: {
       const Vector3 across = f.offset - axis_b * axis_b.dot(f.offset);
       const double radius = across.norm();
-      // On the axis `across` is rounding, which need not lie across it.
+      // On the axis `across` is rounding, so take an axis of b.
       return along(f, radius > on_axis * f.offset.norm() ? Vector3(across / radius) : across_b);
     }
     case Kind::distance: {
@@ -148,13 +149,13 @@ void set_row(const Problem& problem, const Block& x, const Placed& at, const Mea
               at.rotation_b.transpose() * (sign * m.angular_b), row);
 }
 
-/// Adds softness to a row that has its Γ.
+/// Adds softness to a row whose Γ is set.
 void soften(double softness, Row& row) {
   row.softness = softness;
   if (row.effective_mass > 0) row.effective_mass = 1 / (1 / row.effective_mass + softness);
 }
 
-/// Formulates a lock of the frames' origins, along the world's axes, which turn with neither body.
+/// Formulates a lock of the frames' origins, along the world's axes, which rotate with neither body.
 void formulate_point(Problem& problem, const Block& x, const Placed& at, double hs) {
   const Attachment& attachment = problem.model->locks[x.source].at;
   const Vector3& arm_a = attachment.frame_a.position;
@@ -205,8 +206,8 @@ void formulate_lock(Problem& problem, const Block& x, const Placed& at, double h
   }
 }
 
-/// Scales a block's biases to a part of a step. Each part undoes its share of a gap, all at one speed; a
-/// short part that undid the whole gap would need a high one.
+/// Scales a block's biases to a part of a step. Each part removes its fraction of a gap, all at one speed; a
+/// short part would need a high speed to remove the whole gap.
 void take_part_of_gap(Problem& problem, Block& x) {
   x.positional_bias_fraction = problem.substeps.part;
   for (Row& row : problem.c.rows_of(x)) row.beta *= problem.substeps.part;
@@ -226,7 +227,7 @@ void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   x.stabilized = !limit.soft;
   if (limit.soft) {
     // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
-    // lets the room close; beyond it the spring has been at work.
+    // lets the room close; beyond it the spring acts already.
     const double strength = hs * limit.stiffness + limit.damping;
     if (room <= 0 || two_sided) {
       row.beta = -room * limit.stiffness / strength;
@@ -253,12 +254,12 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
   if (mass > 0) soften(1 / (hs * strength * mass), row);
 }
 
-/// Sorts the blocks and renumbers their rows, such that blocks in succession seldom share a moving body.
-/// Those that do keep their order.
+/// Sorts the blocks and renumbers their rows, such that successive blocks seldom share a moving body. Blocks
+/// that share one keep their order.
 void interleave(const Model& model, Constraints& c) {
   // A block's level is one above those of the blocks that it waits for.
-  std::vector<int> depth(model.masses.size(),
-                         0);  // by body: blocks on the longest chain of waits that ends in it
+  // By body: length of the longest chain of waits that ends in it.
+  std::vector<int> depth(model.masses.size(), 0);
   std::vector<std::pair<int, Block>> by_level;
   for (const Block& x : c.blocks) {
     const int level = std::max(depth[x.a], depth[x.b]);
@@ -350,8 +351,8 @@ void build_blocks(Problem& problem, Joints joints) {
   }
   for (std::size_t i = 0; i < model.limits.size(); ++i) {
     const Limit& limit = model.limits[i];
-    // A distance that is both bounds is the report's stiff spring, which is stable. Other two-sided limits
-    // are not in its list; a slot that turns with its body errs the more in A5, the more sub-steps there are.
+    // A distance that is both bounds is the report's stiff spring, which is stable. The report does not list
+    // other two-sided limits; a slot that rotates with its body has a larger error in A5 with more sub-steps.
     const bool is_stiff_spring =
         limit.side == Limit::Side::both && limit.coordinate.kind == JointCoordinate::Kind::distance;
     add(Block::Kind::limit, 1, 0, limit.at, i).stable = joints == Joints::stable && is_stiff_spring;

@@ -1,4 +1,4 @@
-// Texts of frozen problems: reads and writes those of substep and of Siconos.
+// Reads and writes frozen problems as text, in the formats of substep and Siconos.
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ constexpr int most_contacts = 1000;
 constexpr int most_bodies = 1000000;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The words of a text, with the line of the last one.
+/// A reader of a text word by word, with the line of the last word.
 class Words {
  public:
   Words(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
@@ -104,7 +104,7 @@ void read_dense(Words& words, int size, Triplets& values) {
   }
 }
 
-/// Reads the ends of block rows, or of block columns. Returns them after a 0.
+/// Reads the ends of block rows, or of block columns. Returns a 0 and the ends.
 std::vector<int> read_ends(Words& words, int blocks, int size) {
   std::vector<int> ends{0};
   for (int i = 0; i < blocks; ++i) ends.push_back(words.integer("the end of a block", ends.back() + 1, size));
@@ -166,13 +166,13 @@ FrozenProblem parse_siconos(std::string_view text, const std::string& what) {
     const double friction = words.real("a coefficient of friction", 0);
     for (int k = 1; k < dimension; ++k) problem.mlcp.rows[dimension * i + k].friction = friction;
   }
-  // Siconos' own files may end with a flag.
+  // Accept a flag at the end, as in Siconos' own files.
   if (!words.is_at_end()) words.integer("the flag after the coefficients of friction", 0, 1);
   if (!words.is_at_end()) words.fail("more follows after the coefficients of friction");
   return problem;
 }
 
-/// Returns the problem with its matrix.
+/// Returns the problem with its matrix Γ + S.
 FrozenProblem with_matrix(Mlcp mlcp) {
   std::vector<std::vector<int>> rows_of(mlcp.bodies);
   const auto part = [&](int row, int body) -> Vector6 {
@@ -197,7 +197,7 @@ FrozenProblem with_matrix(Mlcp mlcp) {
   return problem;
 }
 
-/// Returns the rows of contacts, by component: their normals, and their tangents or −1.
+/// Returns the rows of each contact: its normal, and its two tangents or −1.
 std::vector<std::array<int, dimension>> rows_of_contacts(const Mlcp& mlcp) {
   std::vector<std::array<int, dimension>> contacts;
   for (int i = 0; i < static_cast<int>(mlcp.rows.size()); ++i) {

@@ -1,4 +1,4 @@
-// Solutions of frozen problems: A1's solver where only the matrix is known, sweeps, and the distance from a
+// Solves frozen problems by A1's method on the matrix alone, or by sweeps, and measures the error of a
 // solution.
 
 #include <Eigen/Eigenvalues>
@@ -16,8 +16,8 @@ namespace {
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
 /// A1's solver for problems of which only the matrix is known: the active sets and centres of MlcpSolver,
-/// with linear systems in the space of the rows. (W + εD) of the rows that are free or slide is factored as
-/// it is, symmetric or not. Friction must be in pairs of rows. The rows' parts are not read.
+/// with linear systems in the space of the rows. W + εD of the free and sliding rows is factored, symmetric
+/// or not. Friction must be in pairs of rows. The bodies' parts of rows are ignored.
 class MatrixSolver : public MlcpSolver {
  public:
   /// Keeps a reference to W = Γ + S.
@@ -89,7 +89,7 @@ void MatrixSolver::factor() {
       for (int k = 0; k < 2; ++k) {
         changes.emplace_back(row + k, unknowns, aside[k]);
         equations.emplace_back(row + k, unknowns, aside[k]);
-        // A normal comes before its friction, so its unknown is known.
+        // Use the normal's unknown, which has its number since a normal comes before its friction.
         const int normal = unknown_[rows()[i].normal];
         if (normal >= 0) changes.emplace_back(row + k, normal, rows()[i].friction * slip_[i].along[k]);
       }
@@ -149,7 +149,7 @@ Vector3 onto_cone(const Vector3& x, double friction) {
   return {normal, factor * x[1], factor * x[2]};
 }
 
-/// Returns the limits of a row that is no pair's, from its normal's impulse.
+/// Returns the limits of a single row; those of friction follow from its normal's impulse.
 std::pair<double, double> limits_of(const std::vector<Mlcp::Row>& rows, std::size_t i,
                                     const std::vector<double>& lambda) {
   const Mlcp::Row& row = rows[i];
@@ -239,12 +239,12 @@ void sweep_rows(const FrozenProblem& problem, std::vector<double>& lambda, int s
       const double between = (matrix.coeff(first, first + 1) + matrix.coeff(first + 1, first)) / 2;
       const Eigen::Matrix2d block{{diagonal(i), between}, {between, diagonal(i + 1)}};
       const Vector2 before(lambda[i], lambda[i + 1]);
-      const Vector2 lacks(missing(i), missing(i + 1));
-      Vector2 total = before + block.inverse() * lacks;
+      const Vector2 right(missing(i), missing(i + 1));
+      Vector2 total = before + block.inverse() * right;
       if (!(total.norm() <= most)) {
         const double half = (block(0, 0) - block(1, 1)) / 2;
         const double largest = (block(0, 0) + block(1, 1)) / 2 + std::sqrt(half * half + between * between);
-        total = before + lacks / largest;
+        total = before + right / largest;
         total *= total.norm() > 0 ? most / total.norm() : 0;
       }
       take(i, total.x());

@@ -1,5 +1,5 @@
-// From active set to active set, and from centre to centre: which rows are at which limit, and the linear
-// system of the others.
+// Iterates over active sets and centres: selects the rows at limits, and solves the linear system of the
+// others.
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@ namespace substep {
 namespace {
 
 /// The usual ε. The multipliers' error shrinks by ε/σ a round, σ the smallest relative eigenvalue of Γ that
-/// is not zero, and by rounding/ε²: 1e-6 is where the two meet. Measured on ten 1 kg rods with 1000 kg at
-/// their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
+/// is not zero, and by rounding/ε²: at 1e-6 both are equal. Measured on ten 1 kg rods with 1000 kg at their
+/// end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding leaves 1e-4.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_usual_sets = 60;  // a wall of 225 boxes takes at most 40
 /// Fraction of the residual about a centre from which the centre moves, whatever signs still change.
@@ -24,16 +24,17 @@ constexpr int most_rounds = 400;
 constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
 constexpr int most_sets_about_centre = 12;
 
-/// Softness across the slip, over Γ_xx, where the limit is next to nothing: as good as infinite.
+/// Softness across the slip, over Γ_xx, where the limit is almost 0: practically infinite.
 constexpr double most_across = 1e9;
 
-/// Directions of friction that turn by less than this are taken as settled: the rest is of second order, and
-/// goes with the next move of the centre. Weighting the turn by the impulse leaves more steps of the card
-/// house unsolved.
+/// Directions of friction that turn by less count as settled: the rest is of second order, and vanishes with
+/// the next move of the centre. Weighting the turn by the impulse leaves more steps of the card house
+/// unsolved.
 constexpr double settled_turn = 1e-6;
 
 constexpr double first_proximal = 0.1;
-/// Least ε. Points that are 1e-9 m out of their plane need it: what closes them grows by residual/ε a move.
+/// Least ε. Points that are 1e-9 m out of their plane need it: impulses that close them grow by residual/ε
+/// per move.
 constexpr double least_proximal = 1e-9;
 /// Least ε while every set moves the centre and the residual falls.
 constexpr double least_of_transient = 1e-7;

@@ -41,7 +41,8 @@ struct Lanes {
   double first = 0;
   std::uint32_t count = 1;
 
-  /// A little less than a lane, so that rounding does not make it reach two lanes on.
+  /// Returns true for a box a little narrower than a lane, so that rounding cannot make it reach two lanes
+  /// further.
   bool hold(const Bounds& box) const {
     return box.upper[axis] - box.lower[axis] <= 0.99 * width && std::isfinite(box.lower[axis]);
   }
@@ -122,11 +123,11 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
   std::size_t moves = 8 * order_.size();
   for (std::size_t i = 1; i < order_.size(); ++i) {
     const Entry entry = order_[i];
-    std::size_t place = i;
-    for (; place > 0 && moves > 0 && precedes(entry, order_[place - 1]); --place, --moves) {
-      order_[place] = order_[place - 1];
+    std::size_t position = i;
+    for (; position > 0 && moves > 0 && precedes(entry, order_[position - 1]); --position, --moves) {
+      order_[position] = order_[position - 1];
     }
-    order_[place] = entry;
+    order_[position] = entry;
     if (moves > 0) continue;
     std::ranges::sort(order_, precedes);
     return;
@@ -160,8 +161,8 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
   const Lanes rows = make_lanes((sweep + 1) % 3, boxes, most, widths_);
   const Lanes columns = make_lanes((sweep + 2) % 3, boxes, most, widths_);
 
-  // The boxes that the sweep has reached and not yet left, as one list for each crossing of lanes; the last
-  // is of those too wide for a lane.
+  // Keep the boxes that the sweep has reached and not yet left in one list per crossing of lanes; the last
+  // list has boxes too wide for a lane.
   const std::uint32_t wide = rows.count * columns.count;
   heads_.reserve(most * most + 1);
   heads_.assign(wide + 1, none);
@@ -210,7 +211,7 @@ void BroadPhase::sort_pairs(std::uint32_t count, Pairs& pairs) {
   std::uint32_t begin = 0;
   pairs.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t end = begins_[i];  // moved from the begin to the end of i's by the loop above
+    const std::uint32_t end = begins_[i];  // the loop above has moved it from i's begin to i's end
     std::sort(seconds_.begin() + begin, seconds_.begin() + end);
     for (; begin < end; ++begin) pairs.emplace_back(i, seconds_[begin]);
   }

@@ -30,8 +30,8 @@ using Polygons = std::vector<std::vector<std::uint32_t>>;
 /// noise.
 constexpr double smallest_thickness = 1e-6;
 
-/// Facets whose vertices lie within this fraction of the hull's size of one plane are one face: a few times
-/// the rounding of the float coordinates that meshes are stored in.
+/// Fraction of the hull's size within which vertices of one face's facets lie in a plane: a few times the
+/// rounding of the float coordinates of meshes.
 constexpr double coplanar = 4e-7;
 
 /// Returns twice the area of a polygon as a vector along its normal (Newell's sum, about the first vertex).
@@ -60,7 +60,7 @@ void measure(Polytope& polytope) {
     const std::span<const std::uint32_t> corners{polytope.face_vertices.data() + polytope.face_begin[f],
                                                  polytope.face_vertices.data() + polytope.face_begin[f + 1]};
     const Vector3 normal = area_vector(polytope.vertices, corners).normalized();
-    // The outermost corner, so that the polytope lies below the face's plane even where the corners of a
+    // Take the outermost corner, so that the polytope lies below the face's plane even if the corners of a
     // merged face are not quite in one plane.
     double offset = -std::numeric_limits<double>::infinity();
     for (const std::uint32_t corner : corners) {
@@ -98,8 +98,8 @@ class Qhull {
   explicit Qhull(std::vector<double>& coordinates) {
     if (!messages_) throw Error("qhull: cannot open /dev/null for its messages");
     qh_zero(&qhull_, messages_);
-    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: how far points lie
-    // outside of merged facets is not asked, so not measured.
+    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: skip the distance of
+    // points outside merged facets.
     char command[] = "qhull Qt Q5";
     status_ = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
                            command, nullptr, messages_);
@@ -140,7 +140,7 @@ class Qhull {
 };
 
 /// Joins triangles that lie in one plane to within `tolerance` to faces. qhull itself merges only triangles
-/// that its rounding cannot tell apart.
+/// that rounding makes indistinguishable.
 class FaceMerger {
  public:
   FaceMerger(std::span<const Vector3> points, std::span<const Triangle> triangles, double tolerance)
@@ -181,7 +181,7 @@ class FaceMerger {
     auto operator<=>(const OuterSide&) const = default;
   };
 
-  /// Gives each triangle the number of the one that its face began with.
+  /// Gives each triangle the number of its face's first triangle.
   void group() {
     std::vector<Triangle> neighbours(triangles_.size(), {none, none, none});
     for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
@@ -201,7 +201,7 @@ class FaceMerger {
     }
   }
 
-  /// Gives the number of a triangle to those around it that lie in its plane.
+  /// Gives the number of a triangle to connected ones that lie in its plane.
   void flood(std::uint32_t seed, const Vector3& normal, std::span<const Triangle> neighbours) {
     const double offset = normal.dot(points_[triangles_[seed][0]]);
     const auto belongs = [&](std::uint32_t candidate) {
@@ -288,7 +288,7 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   if (given.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
     throw Error(fmt::format("{}: there are too many vertices for a convex hull: {}", what, given.size()));
   }
-  // Meshes have a vertex several times where its normals differ.
+  // Remove duplicates: meshes repeat a vertex whose normals differ.
   std::vector<Vector3> points = distinct(given);
   Vector3 lower = points[0];
   Vector3 upper = points[0];
@@ -303,7 +303,7 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
                   what, size));
   if (size <= 0) throw thin;
 
-  // Scale the points to size one about the origin: qhull's tolerances are made for that.
+  // Scale the points to size one about the origin, for which qhull's tolerances are made.
   const Vector3 middle = lower + (upper - lower) / 2;
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
@@ -337,7 +337,7 @@ Polytope box(const Vector3& size) {
 }
 
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides) {
-  make_cylinder(height, radius_bottom, radius_top);  // throws where there is none
+  make_cylinder(height, radius_bottom, radius_top);  // throws Error for invalid measures
   const auto count = static_cast<std::uint32_t>(sides);
   std::vector<Vector3> vertices;
   // Adds the vertices of the ring at y and returns their indices; a ring of radius 0 is one vertex.
@@ -393,7 +393,7 @@ Polytope scaled(const Polytope& polytope, const Vector3& factors) {
   for (Vector3& vertex : result.vertices) vertex = vertex.cwiseProduct(factors);
   measure(result);
   if (result.box) {
-    // A turned box scaled along other axes than its own is sheared.
+    // Keep the box only if it is aligned: scaling shears a rotated one.
     if (result.box->pose.orientation.vec().isZero(0)) {
       result.box->pose.position = result.box->pose.position.cwiseProduct(factors);
       result.box->half_size = result.box->half_size.cwiseProduct(factors);

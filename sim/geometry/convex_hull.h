@@ -20,9 +20,8 @@ Polytope box(const Vector3& size);
 /// sides whose vertices lie on the circles. A radius of 0 makes a cone.
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides = 32);
 
-/// Returns the ellipsoid about the origin with these half axes, with the hull of points on it: `rings` from
-/// pole to pole along Y, twice as many round it. Both are even, so that the half axes' ends are among the
-/// points.
+/// Returns an ellipsoid about the origin, with the hull of points on it: `rings` from pole to pole along Y,
+/// twice as many round it. `rings` is even, so that the half axes' ends are among the points.
 Polytope ellipsoid(const Vector3& half_axes, int rings = 12);
 
 /// Returns the polytope scaled along its own axes; factors must be positive.

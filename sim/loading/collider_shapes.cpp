@@ -13,12 +13,12 @@
 namespace substep {
 namespace {
 
-// Scales that passed through single precision differ in their seventh digit.
+/// Compares scales to five digits, since single precision changes their seventh.
 bool is_equal_scale(double a, double b) {
   return std::fabs(a - b) <= 1e-5 * std::max(a, b);
 }
 
-// Returns what `make` returns; an error of `make`, which knows no file, gets the place.
+/// Returns the result of `make`, and adds the place in the file to its errors.
 template <typename Make>
 Shape made(const JsonValue& place, const Make& make) {
   try {
@@ -32,7 +32,7 @@ bool is_uniform(const Vector3& scale) {
   return is_equal_scale(scale.x(), scale.y()) && is_equal_scale(scale.y(), scale.z());
 }
 
-// Points on the surface of a ball about (0, y, 0), on circles of latitude between two of them.
+/// Adds points on the surface of a ball about (0, y, 0), from one circle of latitude to another.
 void add_ball(std::vector<Vector3>& points, double y, double radius, int first_ring, int last_ring) {
   constexpr int sectors = 24;
   constexpr int rings = 12;  // from pole to pole
@@ -47,8 +47,8 @@ void add_ball(std::vector<Vector3>& points, double y, double radius, int first_r
   }
 }
 
-// A sphere or capsule under an unequal scale, with the hull of points on it, which is made once for all
-// scales.
+/// Returns a sphere or capsule under a non-uniform scale, with the hull of points on it. `unscaled` is the
+/// hull for all scales.
 Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
               const JsonValue& place) {
   if (!(scale.minCoeff() > 1e-5 * scale.maxCoeff())) {
@@ -84,8 +84,8 @@ Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Po
   return Capsule{height / 2, bottom};
 }
 
-/// Returns the outermost of the points in each of `directions` directions, which are spread evenly over the
-/// sphere along a spiral of golden angles. In the order of the points, each once.
+/// Returns the outermost points in `directions` directions, which are spread evenly over the sphere along a
+/// spiral of golden angles. Each point is listed once, in the order of the points.
 std::vector<std::size_t> outermost(std::span<const Vector3> points, std::size_t directions) {
   constexpr double golden_angle = 2.399963229728653;
   std::vector<std::size_t> chosen;
@@ -109,8 +109,7 @@ std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<co
   return result;
 }
 
-/// Returns how far the points lie outside a hull: from a point to where the line to the hull's centre meets
-/// its surface; 0 inside.
+/// Returns the distances of points from a hull, along the lines to its centre; 0 inside.
 std::vector<double> distances_outside(const Polytope& hull, std::span<const Vector3> points) {
   std::vector<Vector3> poles;  // of the faces: on a face pole · (point − centre) is 1
   for (std::size_t face = 0; face < hull.face_count(); ++face) {
@@ -163,7 +162,8 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
 }
 
 SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string& what) {
-  // A contact of two hulls costs about the product of their edges; and a full hull of many points takes long.
+  // Limit the vertices: a contact of two hulls costs about the product of their edges, and a full hull of
+  // many points takes long.
   constexpr std::size_t most_vertices = 256;
   constexpr std::size_t most_for_full_hull = 2 * most_vertices;
   if (given.size() <= most_vertices ||
@@ -180,13 +180,13 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
     if (auto full = full_hull(points)) return *full;
   }
   std::vector<std::size_t> chosen = outermost(points, most_vertices);
-  // Few outermost points mean that most points are inside, where they cost a full hull little.
+  // Make the full hull if few points are outermost: most points are then inside, where they cost little.
   if (chosen.size() <= most_vertices / 2 && points.size() <= 8 * most_for_full_hull) {
     if (auto full = full_hull(points)) return *full;
   }
 
   SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
-  // Only points outside this hull can be further vertices of the full hull; closer ones are rounding.
+  // Ignore points inside this hull or almost on it, which are no vertices of the full hull but for rounding.
   const double negligible = 1e-6 * result.hull.bounding_radius;
   const std::vector<double> distances = distances_outside(result.hull, points);
   const std::size_t known = chosen.size();

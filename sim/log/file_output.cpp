@@ -37,7 +37,7 @@ bool is_device(const fs::path& file) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// True where both names denote one file, existing or not.
+/// Returns true if both names denote one file, existing or not.
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code none;
   if (fs::equivalent(a, b, none)) return true;
@@ -47,7 +47,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 }
 
 // A signal handler may neither lock nor allocate, so the files that it has to remove are in a table of fixed
-// size. A file that finds the table full is left to the next run.
+// size. If the table is full, the next run removes the file.
 struct Entry {
   enum State { unused, taken, listed };
   std::atomic<int> state{unused};
@@ -110,14 +110,14 @@ bool is_partial(const fs::path& path) {
   return name.starts_with('.') && name.ends_with(extension);
 }
 
-/// Waits until the disk has a file or folder. Returns 0 or the errno of what failed.
+/// Waits until a file or folder is on the disk. Returns 0 or the errno of a failure.
 int flush(int descriptor) {
-  // Some file systems cannot, and say so.
+  // Ignore EINVAL, by which file systems report that they cannot do this.
   return ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
 }
 
-/// Waits until the disk has the file or folder at a path. Returns 0 or an errno, and 0 for a path that cannot
-/// be opened.
+/// Waits until the file or folder at a path is on the disk. Returns 0 or an errno, and 0 for a path that
+/// cannot be opened.
 int flush(const fs::path& path) {
   const int descriptor = ::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return 0;
@@ -129,7 +129,7 @@ int flush(const fs::path& path) {
 /// Removes partial files of `target` that no process holds.
 void remove_left_ones(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  if (is_partial(folder)) return;  // this process's own: nothing in it is older
+  if (is_partial(folder)) return;  // this process made the folder: nothing in it is older
   const std::string start = fmt::format(".{}.", target.filename().string());
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -160,7 +160,7 @@ PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)
     throw Error(fmt::format("{}: cannot be replaced: it is a device", target_.string()));
   }
   remove_left_ones(target_);
-  // Another process may take the file for a stale one and remove it before it is locked: then make another.
+  // Make another file if a process takes this one for stale and removes it before it is locked.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     path_ = target_;
@@ -193,7 +193,7 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::publish() {
-  // The thousands of frames in a folder are flushed with the folder, which takes less than one by one.
+  // Flush frames together with their folder, which is faster than one by one.
   const bool now = !is_partial(target_.parent_path());
   std::error_code none;
   int failure = 0;
@@ -207,7 +207,7 @@ void PartialFile::publish() {
   if (failure != 0) refuse(target_, failure);
   path_.clear();
   unlist(slot_);
-  // A full disk over a network may show only here.
+  // Check close(): a network disk may report only here that it is full.
   if (::close(std::exchange(descriptor_, -1)) != 0) refuse(target_, errno);
   if (now) flush(target_.parent_path());
 }
@@ -243,12 +243,12 @@ void remove_partial_files() noexcept {
 OutputFile::OutputFile(const fs::path& file) : file_(file) {
   require_folder_of(file);
   if (is_device(file)) {
-    // A rename would put a file in its place.
+    // Write to the device itself: a rename would replace it by a file.
     descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor_ < 0) refuse(file, errno);
     return;
   }
-  // A link goes on pointing to the file that it points to.
+  // Write to the target of a link, so that the link remains.
   std::error_code ignored;
   partial_.emplace(fs::exists(file, ignored) ? fs::canonical(file) : file);
   descriptor_ = partial_->descriptor();

@@ -1,5 +1,5 @@
 #pragma once
-/// Files written whole or not at all.
+/// Writes files that appear only when they are complete.
 
 #include <sys/types.h>
 
@@ -11,14 +11,14 @@
 
 namespace substep {
 
-/// A hidden file or folder that is written beside its target and then renamed to it. None stays behind after
-/// an error, SIGINT or SIGTERM; those of a killed process are removed when the same output is written again.
+/// A hidden file or folder that is written beside its target and then renamed to it. It is removed after an
+/// error, SIGINT or SIGTERM; that of a killed process, when the same output is written again.
 class PartialFile {
  public:
   enum class Kind { file, folder };
 
   /// Makes an empty file or folder beside `target`, under a name of this process alone, and locks it while
-  /// this object lives. Removes those of `target` that no process holds. Throws Error.
+  /// this object lives. Removes partial files of `target` that no process holds. Throws Error.
   explicit PartialFile(std::filesystem::path target, Kind kind = Kind::file);
   ~PartialFile();  ///< removes a partial file that was not published
   PartialFile(const PartialFile&) = delete;
@@ -27,15 +27,15 @@ class PartialFile {
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_; }  ///< of a file: open for reading and writing
 
-  /// Waits until the disk has the content, then renames the partial file to `target`. Throws Error; then
-  /// `target` is unchanged. An existing folder must be empty.
+  /// Waits until the content is on the disk, then renames the partial file to `target`. Throws Error and
+  /// leaves `target` unchanged on failure. An existing folder must be empty.
   void publish();
 
  private:
   std::filesystem::path target_;
   std::filesystem::path path_;
   int descriptor_ = -1;
-  int slot_ = -1;  ///< in the list of what remove_partial_files removes; −1: none
+  int slot_ = -1;  ///< in the list of remove_partial_files(); −1: none
 };
 
 /// Registers a child process that writes to a partial file. remove_partial_files() ends the process before it
@@ -51,8 +51,8 @@ class PartialFileWriter {
   int slot_;
 };
 
-/// Removes all partial files of this process, which is about to end. Threads that make another one wait for
-/// that end. May be called in a signal handler.
+/// Removes all partial files of this process, which is about to end. Threads that make another one wait until
+/// it ends. May be called in a signal handler.
 void remove_partial_files() noexcept;
 
 /// A file that is written piece by piece beside its target, and then renamed to it. Devices and pipes are
@@ -65,7 +65,7 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::string_view content);  ///< throws Error
-  void publish();                        ///< throws Error; then the file is as it was
+  void publish();                        ///< throws Error and leaves the file unchanged on failure
 
  private:
   void flush();
@@ -73,21 +73,21 @@ class OutputFile {
   std::filesystem::path file_;
   std::optional<PartialFile> partial_;  ///< none for a device
   int descriptor_ = -1;
-  std::string waiting_;  ///< not yet handed to the system
+  std::string waiting_;  ///< not yet written
 };
 
-/// Writes `content` to a new file beside `file` and renames it over it. Throws Error; then `file` is as it
-/// was. A device or a pipe is written to directly.
+/// Writes `content` to a new file beside `file` and renames it to `file`. Throws Error and leaves `file`
+/// unchanged on failure. A device or a pipe is written to directly.
 void write_file(const std::filesystem::path& file, std::string_view content);
 
 /// Returns the file's bytes; nothing where it cannot be read.
 std::optional<std::string> content_of(const std::filesystem::path& file);
 
-/// Throws Error when `file` could not be made because its folder is missing or it is a folder itself: for
-/// commands that work long before they write.
+/// Throws Error if the folder of `file` is missing or `file` is a folder, so that commands fail before their
+/// work.
 void require_folder_of(const std::filesystem::path& file);
 
-/// A file that a command was given, and how: "--output", or "the scene".
+/// A file given to a command, and its role: "--output", or "the scene".
 struct GivenFile {
   std::string role;
   std::filesystem::path file;

@@ -25,11 +25,11 @@ constexpr std::array<std::string_view, 15> columns{"t",  "body", "x",  "y",  "z"
                                                    "qz", "vx",   "vy", "vz", "wx", "wy", "wz"};
 constexpr std::size_t first_velocity = 9;
 constexpr std::size_t absent = static_cast<std::size_t>(-1);
-/// Most poses that are kept, which is some 200 MB.
+/// Largest number of poses, which take about 200 MB.
 constexpr double most_poses = 2e6;
 constexpr std::size_t longest_row = 1 << 16;
 
-/// Reads rows of fields. Keeps one row.
+/// A reader of a CSV file row by row, which keeps one row in memory.
 class Rows {
  public:
   explicit Rows(const fs::path& file) : what_(file.string()), stream_(file, std::ios::binary) {
@@ -37,7 +37,7 @@ class Rows {
     if (!stream_ || fs::is_directory(file, ignored)) throw Error(fmt::format("{}: cannot be read", what_));
   }
 
-  /// Takes the next row that is not blank. Returns false at the end.
+  /// Reads the next row that is not blank. Returns false at the end.
   bool next() {
     do {
       line_ = lines_ + 1;
@@ -101,7 +101,7 @@ class Rows {
   std::ifstream stream_;
   std::vector<std::string> fields_;
   long long lines_ = 0;  ///< read to their ends
-  long long line_ = 0;   ///< of the row's begin
+  long long line_ = 0;   ///< at which the row begins
 };
 
 struct Sample {
@@ -140,7 +140,7 @@ class Reader {
  private:
   struct BodyRows {
     std::size_t rows = 0;
-    std::size_t frames = 0;  ///< that have its pose
+    std::size_t frames = 0;  ///< number of frames that have its pose
     Sample last;
   };
 
@@ -211,7 +211,7 @@ class Reader {
     if (body.rows > 0 && !(sample.time > body.last.time)) {
       rows_.refuse("{} goes from {} s back to {} s", name, body.last.time, sample.time);
     }
-    // Turn the shorter way.
+    // Interpolate along the shorter rotation.
     if (sample.q.angular.dot(body.last.q.angular) < 0) sample.q.angular.coeffs() *= -1;
     const double end = std::floor(sample.time / step_ + 1e-6) + 1;
     if (end * static_cast<double>(bodies_.size()) > most_poses) {
@@ -241,7 +241,7 @@ class Reader {
     return compose(rotation_quaternion(part * rotation_vector(compose(to, from.conjugate()))), from);
   }
 
-  /// Returns the frames that all bodies have. Throws Error where one lacks rows.
+  /// Returns the number of frames in which all bodies have poses. Throws Error if a body lacks rows.
   std::size_t whole_frames() const {
     std::size_t frames = states_.size();
     std::size_t first = 0;
@@ -270,7 +270,7 @@ class Reader {
     }
   }
 
-  /// Sets velocities to central differences of poses; the last to a backward one.
+  /// Sets velocities to central differences of poses, and the last ones to backward differences.
   void differentiate() {
     for (std::size_t i = 1; i < bodies_.size(); ++i) {
       if (bodies_[i].rows == 0) continue;

@@ -7,8 +7,8 @@ namespace substep {
 
 struct MeasuredRun {
   State state;                  ///< at the end, or the last finite one
-  bool diverged = false;        ///< it left the finite numbers
-  double largest_gap = 0;       ///< of joints after any step, see JointGapMeter, m
+  bool diverged = false;        ///< the state did not stay finite
+  double largest_gap = 0;       ///< of joints after any step (JointGapMeter), m
   double energy_change = 0;     ///< of all bodies, end − start, J
   double energy_growth = 0;     ///< largest rise above the start's, after any step, J
   double largest_residual = 0;  ///< of A1, after any step
@@ -26,10 +26,10 @@ double orientation_difference(const State& a, const State& b);
 double position_difference(const MeasuredRun& a, const MeasuredRun& b);
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
-/// The motion without a step's error: A1 at two small steps, extrapolated to step zero (Richardson).
+/// The motion without time-step error: A1 at two small steps, extrapolated to step zero (Richardson).
 struct Reference {
   State state;             ///< at the end; its centres of mass alone are extrapolated
-  double uncertainty = 0;  ///< by how much one more halving of the steps moved a centre, m
+  double uncertainty = 0;  ///< largest move of a centre when the steps are halved once more, m
 };
 
 /// Computes the reference from A1 at 2, 1 and 1/2 times the scene's step over `divisions`.

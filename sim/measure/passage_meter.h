@@ -13,11 +13,11 @@
 
 namespace substep {
 
-/// Detects bodies that pass through others within a step, which no state shows. The middle of a collider
-/// passes through another collider if its path in that one's frame leaves a convex solid by a side that faces
-/// away from the side of entry, comes within half the radius of the axis of a ball or capsule, or goes behind
-/// the front of a triangle mesh. Within a step each body moves straight with its old velocity and then with
-/// its new one, and turns evenly. Planes have no other side: a body below one counts as penetration. The
+/// Detects bodies that pass through others within a step, so that no state shows it. The middle of a collider
+/// passes through another collider if its path in the other's frame leaves a convex solid by a side that
+/// faces away from the side of entry, comes within half the radius of the axis of a ball or capsule, or goes
+/// behind the front of a triangle mesh. Within a step each body moves straight with its old velocity and then
+/// with its new one, and turns evenly. Planes have no other side: a body below one counts as penetration. The
 /// meter ignores colliders that move in a step by less than the radius of a ball that fits into them, and
 /// bodies that turn by more than 2.5 rad.
 class PassageMeter {
@@ -27,7 +27,7 @@ class PassageMeter {
   /// Adds the state after another `step` seconds.
   void add(const State& state, double step);
 
-  /// Returns the pairs of bodies of which one has passed through the other.
+  /// Returns the pairs of bodies of which one passed through the other.
   const std::set<std::pair<int, int>>& passages() const { return passages_; }
 
  private:
@@ -36,8 +36,8 @@ class PassageMeter {
     std::optional<Polytope> facets;  ///< of a cylinder
     Vector3 middle;                  ///< body frame
     double inner;                    ///< radius of a ball within, m; infinite for planes and meshes
-    double size;                     ///< of its farthest point from the shape's origin, m
-    double reach;                    ///< of its farthest point from the body's centre of mass, m
+    double size;                     ///< distance of its farthest point from the shape's origin, m
+    double reach;                    ///< distance of its farthest point from the body's centre of mass, m
   };
   /// The motion of a body in a step.
   struct BodyMotion {
@@ -46,13 +46,13 @@ class PassageMeter {
     Vector3 velocity_before;
     Vector3 velocity_after;
     double step;
-    double bend;    ///< s, when the velocity changes
+    double bend;    ///< time at which the velocity changes, s
     Vector3 turn;   ///< rotation vector, frame of `from`
-    double length;  ///< of the centre's way, m
-    double spun;    ///< by the larger of the two spins, rad
+    double length;  ///< of the centre's path, m
+    double spun;    ///< angle at the larger of the two spins, rad
     Pose at(double time) const;
   };
-  /// Returns a bound of the length of the path of a collider's middle in the frame of another, m.
+  /// Returns an upper bound of the length of the path of a collider's middle in another's frame, m.
   double longest_way(std::size_t point, std::size_t through) const;
   bool passes(std::size_t point, std::size_t through) const;
 

@@ -26,31 +26,31 @@ struct SettingsField {
     bool has_high = true;  ///< and `high`
     std::string_view unit = {};
 
-    bool contains(double value) const;  ///< not of a NaN
+    bool contains(double value) const;  ///< false for NaN
     std::string text() const;           ///< "above 0 and at most 10 s"
   };
 
   std::string_view name;  ///< "substeps": the key in files and in --set
   Member member;
-  std::string_view help;        ///< what it is, for people
-  std::string_view usual = {};  ///< its default, for the help, where that is not one value
+  std::string_view help;        ///< text for the help of commands
+  std::string_view usual = {};  ///< its default in the help, where it is not one value
   Range range = {};
   Algorithm first = Algorithm::a1;  ///< the first algorithm that reads it
   Algorithm last = Algorithm::a5;   ///< and the last
   Algorithm also = last;            ///< and one more
   std::string_view symbol = {};     ///< before the value in labels: "n="
-  std::string_view letter = {};     ///< the same in names of files
+  std::string_view letter = {};     ///< before the value in names of files
   /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always in labels.
   int group = 0;
   /// The field that this one overrides for contacts where it is not 0. Setting that field by its name sets it
   /// for all rows: this one and the others of its group become 0, until they are set, too.
   std::string_view stands_in_for = {};
-  bool can_be_left_out = false;  ///< files do not have it where it is as in Settings{}
+  bool can_be_left_out = false;  ///< files omit it where it is as in Settings{}
 
   bool is_read_by(Algorithm algorithm) const {
     return (first <= algorithm && algorithm <= last) || algorithm == also;
   }
-  bool is_left_out(const Settings& settings) const;  ///< of files
+  bool is_left_out(const Settings& settings) const;  ///< from files
 };
 
 inline constexpr std::array<SettingsField, 16> settings_fields{{
@@ -193,8 +193,8 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
 /// "stable".
 std::string text_of(const Settings& settings, const SettingsField& field);
 
-/// Sets the field from such a text without checking its range. Returns false, and sets nothing, where the
-/// text is no value.
+/// Sets the field from text as of text_of(), without checking its range. Returns false, and sets nothing, for
+/// any other text.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);
 
 /// Reads a typed number, which may be a fraction: "0.01" or "1/60".
@@ -209,7 +209,7 @@ void copy(Settings& settings, const SettingsField& field, const Settings& from);
 /// Returns the kind of the field's values: "a whole number", "a number", "rows, plain or stable".
 std::string kind_of(const SettingsField& field);
 
-const SettingsField& field_named(std::string_view name);  ///< of the list; throws Error for another
+const SettingsField& field_named(std::string_view name);  ///< throws Error for an unknown name
 
 /// A setting in labels: "n=4", "τ=0.6/0.9", "stable", "h=1/60".
 struct SettingsPart {
@@ -220,8 +220,8 @@ struct SettingsPart {
 /// Returns the settings that the algorithm reads and labels write, the step last.
 std::vector<SettingsPart> parts_of(const Settings& settings);
 
-/// Settings as typed text has them and labels print them, "n=4,joints=stable,tau=0.6/0.9": keys and values in
-/// the order of the text.
+/// Settings as text, as typed by users and printed by labels, "n=4,joints=stable,tau=0.6/0.9": keys and
+/// values in the order of the text.
 using TypedSettings = std::vector<std::pair<std::string, std::string>>;
 
 /// Splits "n=4,joints=stable". Throws Error where a part is no KEY=VALUE.

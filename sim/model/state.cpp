@@ -10,7 +10,7 @@
 namespace substep {
 namespace {
 
-/// The hash of numbers, and of ranges of numbers, in the order in which they are added.
+/// A hash of numbers and of ranges of numbers, in the order in which they are added.
 struct NumberHash {
   template <typename... Values>
   void add(const Values&... values) {
@@ -71,12 +71,12 @@ std::uint64_t hash(const State& state) {
 }
 
 bool is_finite(const State& state, int* body) {
-  // The world comes last: an impulse that is not finite reaches it with the body that diverged.
+  // Test the world last: an impulse that is not finite reaches it along with the diverged body.
   for (std::size_t k = 1; k <= state.q.size(); ++k) {
     const std::size_t i = k % state.q.size();
     const Coordinates& q = state.q[i];
     const Velocity& v = state.v[i];
-    // A sum is finite only if its terms are, up to overflow, which counts as not finite just as well.
+    // Test the sum: it is finite only if its terms are. An overflow counts as not finite, too.
     const double sum = q.linear.sum() + q.angular.coeffs().sum() + v.linear.sum() + v.angular.sum();
     if (!std::isfinite(sum)) {
       if (body) *body = static_cast<int>(i);

@@ -28,14 +28,15 @@ struct ContactMemory {
   int collider_b;
   Vector3 arm_a;  ///< the point in the body frame of a, m
   Vector3 arm_b;  ///< and of b
-  /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
+  /// Displacement of a's point from b's, across the normal, since the contact began or last slid; body frame
+  /// of b, m.
   Vector3 displacement;
   bool slides;       ///< the point slides and has no displacement
-  double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
-  /// The force of the last (sub-)step on a, and AVBD's penalties along it, that warm starts continue from;
-  /// body frame of b, N. Zero in A2 to A5 without a warm start.
+  double left_over;  ///< part of the initial overlap that is still to be recovered, m
+  /// Force of the last (sub-)step on a, from which warm starts continue; body frame of b, N. Zero in A2 to A5
+  /// without a warm start.
   Vector3 force = Vector3::Zero();
-  Vector3 stiffness = Vector3::Zero();  ///< along the normal and the tangents, N/m
+  Vector3 stiffness = Vector3::Zero();  ///< AVBD's penalties along the normal and tangents, N/m
 };
 
 /// The impulse of two bodies at a contact point over a step.
@@ -53,11 +54,11 @@ struct State {
   std::vector<Velocity> v;
   std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
   std::vector<PatchShape> patches;      ///< A2 to A5
-  /// By row of joints, what warm starts continue from: the force of the last (sub-)step, N or N·m; AVBD has
-  /// the rows' penalties after them. Empty without.
+  /// Forces of the joints' rows in the last (sub-)step, from which warm starts continue, N or N·m; AVBD
+  /// appends the rows' penalties. Empty without a warm start.
   std::vector<double> joint_forces;
-  /// A1: the frequency of light bodies under the joints' forces of the last step, rad/s, where it is high
-  /// enough to divide the next step.
+  /// A1: the transverse frequency of bodies under the joints' forces of the last step, rad/s, where it is
+  /// high enough to divide the next step.
   double transverse_frequency = 0;
 };
 
@@ -67,10 +68,10 @@ State initial_state(const Scene& scene);
 /// contact cache; −0 counts as 0.
 std::uint64_t hash(const State& state);
 
-/// Returns true where every number is finite; else `body` is the first body with one that is not.
+/// Returns true if every number is finite; else sets `body` to the first body with one that is not.
 bool is_finite(const State& state, int* body = nullptr);
 
-// Sums of velocities, body by body. Both arguments have as many bodies.
+// Sums of velocities, body by body. Both arguments have the same number of bodies.
 
 static_assert(sizeof(Velocity) == 6 * sizeof(double));
 

@@ -143,7 +143,7 @@ double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Expects of a shorter run what can be expected of it.
+/// Shortens the scene, and times for which it is expected to stay at rest.
 void shorten(Scene& scene, double duration) {
   scene.duration = std::min(scene.duration, duration);
   for (Expectation& expected : scene.expected) {
@@ -182,7 +182,7 @@ void perform(Job& job, Scene scene, const PublishedRun& run, const std::stop_tok
       1e3 * (thread_seconds() - begin) / static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
 }
 
-/// Puts the jobs of one run together: a line for each figure of each scene.
+/// Adds the figures of one run's jobs: a line for each figure of each scene.
 void add_figures(const std::vector<Job>& jobs, std::size_t number, std::size_t run_number,
                  const std::vector<Scene>& scenes, PublishedMeasurement& measurement) {
   const PublishedRun& run = measurement.result.runs[run_number];
@@ -230,7 +230,8 @@ std::string cell_text(const ExpectedFigure& figure, bool is_time) {
   return short_number(figure.measured) + (figure.is_bad() ? "!" : "");
 }
 
-/// Returns a rank: times first, then what loses the result, then the largest error in parts of the tolerance.
+/// Returns a rank: times first, then figures that lose the result, then the largest error relative to the
+/// tolerance.
 double rank_of(const PublishedFigure& line) {
   constexpr double above_all_errors = 1e6;
   if (line.is_time) return std::numeric_limits<double>::infinity();
@@ -240,13 +241,13 @@ double rank_of(const PublishedFigure& line) {
   return line.lost.empty() ? worst : above_all_errors + worst;
 }
 
-/// Prints a line for each figure, at most the four of the highest rank, and a column for each algorithm of a
-/// run.
+/// Returns a table with a row for each figure, at most the four of highest rank, and a column for each run's
+/// algorithm.
 TextTable figures_table(const PublishedMeasurement& measurement) {
   constexpr std::size_t most = 4;
   TextTable table{{"figure", "expected"}, {}};
   std::vector<double> ranks;
-  const auto place = [](std::vector<std::string>& names, const std::string& name) {
+  const auto index_of = [](std::vector<std::string>& names, const std::string& name) {
     const auto found = std::ranges::find(names, name);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
     names.push_back(name);
@@ -267,7 +268,7 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
       if (found == line.measured.end()) continue;
-      const std::size_t column = place(table.head, fmt::format("{}: {}", line.run, title_of(algorithm)));
+      const std::size_t column = index_of(table.head, fmt::format("{}: {}", line.run, title_of(algorithm)));
       row->resize(std::max(row->size(), column + 1));
       (*row)[column] = cell_text(found->second, line.is_time);
     }

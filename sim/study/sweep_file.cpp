@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings that the algorithm does not read, at one value: so that equal runs have equal records.
+/// Returns the settings with those that the algorithm does not read at one value, so that equal runs have
+/// equal records.
 Settings as_read(Settings settings) {
   constexpr Settings unread{.substeps = 1, .joints = Joints::rows};
   for (const SettingsField& field : settings_fields) {
@@ -30,8 +31,8 @@ Settings as_read(Settings settings) {
   return settings;
 }
 
-/// Returns true where a grid, or the table of a limit, lists values of the field under its name. Algorithms
-/// have another name, the step is divided, and a limit varies the sub-steps.
+/// Returns true where a grid, or the table of a limit, lists values of the field under its name. Three have
+/// none: the algorithm has another name, the step is divided, and a limit varies the sub-steps.
 bool has_list(const SettingsField& field, bool is_limit) {
   return field.name != "algorithm" && field.name != "step" && !(is_limit && field.name == "substeps");
 }
@@ -51,13 +52,13 @@ std::string key_of(const SweepJob& job) {
   return text;
 }
 
-/// A list of a grid: settings that have one of its values each.
+/// A list of a grid: one Settings for each of its values.
 struct GridList {
   const SettingsField* field;
   std::vector<Settings> values;
 };
 
-/// `start` with every combination of the lists' values; those of the last list change first.
+/// Returns `start` with every combination of the lists' values; values of the last list vary fastest.
 std::vector<Settings> combinations(const Settings& start, const std::vector<GridList>& lists) {
   std::vector<Settings> result{start};
   for (const GridList& list : lists) {
@@ -76,10 +77,10 @@ std::vector<Settings> combinations(const Settings& start, const std::vector<Grid
 struct Grid {
   std::vector<const Scene*> scenes;
   std::vector<int> divisions{1};
-  std::vector<GridList> iterations;  ///< one or none: engines read it too
+  std::vector<GridList> iterations;  ///< at most one list, which engines read too
   std::vector<Algorithm> algorithms;
   std::vector<std::string> engines;
-  std::vector<GridList> lists;  ///< of the other fields
+  std::vector<GridList> lists;  ///< lists of the other fields
 };
 
 class Reader : private TomlValues {
@@ -111,7 +112,7 @@ class Reader : private TomlValues {
     return std::move(sweep_);
   }
 
-  /// Makes the sweep of these scenes; the file is not read.
+  /// Returns the sweep of these scenes without reading the file.
   Sweep sweep_of(const std::vector<fs::path>& files, bool maps) {
     sweep_.repetitions = 3;
     sweep_.parts = false;
@@ -162,7 +163,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// The list of the table, if it has one.
+  /// Returns the entries of a list of the table; none if it has no such list.
   std::vector<const toml::node*> list(const toml::table& table, std::string_view key) const {
     std::vector<const toml::node*> entries;
     if (const toml::node* const node = table.get(key)) {
@@ -171,7 +172,7 @@ class Reader : private TomlValues {
     return entries;
   }
 
-  /// The file, or where its name has a "*" the files of its folder that are like it, by name.
+  /// Returns the file or, if its name has a "*", the matching files of its folder, sorted by name.
   std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
     const fs::path file = (sweep_.file.parent_path() / text(node, key)).lexically_normal();
     const std::string pattern = file.filename().string();
@@ -279,8 +280,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// Adds the engines and algorithms of a grid at the step of `job`. `iterations`: null for each one's
-  /// default.
+  /// Adds the engines and algorithms of a grid at the step of `job`. `iterations`: null for their defaults.
   void add_jobs(const Grid& grid, const Scene& scene, const SweepJob& job, const int* iterations) {
     for (const std::string& engine : grid.engines) {
       SweepJob other = job;
