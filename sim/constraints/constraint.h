@@ -41,17 +41,17 @@ struct Block {
   Kind kind;
   bool stable;  ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
   std::uint8_t rows;
-  std::uint8_t component;  ///< which of the joint's rows the first one is
+  std::uint8_t component;  ///< index of its first row among the joint's
   int first;               ///< its rows are rows[first] … rows[first + rows − 1]
   int a;
   int b;
-  int coupling = -1;  ///< which of Constraints::effective_masses, where there is more than one row
-  int source;         ///< which lock, limit or drive it was formulated from
-  /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
-  /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
+  int coupling = -1;  ///< index in Constraints::effective_masses of a block of several rows
+  int source;         ///< index of its lock, limit or drive in Model
+  /// Fraction of its β that follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule
+  /// of A4 and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
   double positional_bias_fraction = 1;
   /// True where τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers
-  /// have the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
+  /// have the fixed point of their own law, J v + softness λ = β, for all τ and κ.
   bool stabilized = true;
   double inverse_mass_a;
   double inverse_mass_b;
@@ -91,9 +91,9 @@ inline double clamped_change(Row& row, double wanted, double limit_scale) {
   return change;
 }
 
-/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
-/// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's
-/// 1/κ, by which its λ and their limits are larger.
+/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized,
+/// in J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: κ would make a spring softer. `limit_scale` is A5's 1/κ, by
+/// which its λ and their limits are larger.
 inline Impulse solve(Constraints& c, const Block& x, const Stabilization& by, const std::vector<Velocity>& v,
                      double limit_scale = 1) {
   const Velocity& a = v[x.a];
@@ -145,8 +145,7 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
-/// Sets λ = 0 at the start of a step. With a warm start its first sub-step follows one that gave
-/// `given_before`.
+/// Sets λ = 0 at the start of a step. With a warm start the first sub-step continues from `given_before`.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = row.earlier = 0;
   for (std::size_t i = 0; i < c.given_before.size(); ++i) {

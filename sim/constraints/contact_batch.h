@@ -8,7 +8,7 @@
 /// on every machine.
 ///
 /// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). We add two rules: λ's
-/// limits hold for the impulse of the step, not of a sub-step; and a sweep ends at what cannot move.
+/// limits hold for the impulse of the step, not of a sub-step; and a sweep ends at fixed bodies.
 
 #include <array>
 #include <cstdint>
@@ -38,8 +38,8 @@ struct LaneVectors {
 
 /// One row of each of four manifolds: Row of constraint.h without the fields that a contact does not need.
 /// Its linear part is its direction (ContactDirections). Its angular parts are in the bodies' frames, in
-/// which moments of inertia are diagonal, so that M⁻¹Jᵀ follows from them. Reading rows is most of a sweep's
-/// cost.
+/// which moments of inertia are diagonal, so that M⁻¹Jᵀ follows from them and is not stored: reading rows is
+/// most of a sweep's cost.
 struct ContactRow {
   LaneVectors angular_a;
   LaneVectors angular_b;
@@ -56,7 +56,7 @@ struct ContactDirections {
 struct NormalRow {
   ContactRow row;
   Lanes effective_mass;
-  Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
+  Lanes low;  ///< lower limit of the impulse: 0, or the impulse of an impact, which is never taken back
 };
 
 /// A corner of the hull of four patches' points, and the hull's side that begins there.
@@ -103,7 +103,7 @@ struct Patch {
 struct RestitutionRow {
   Lanes coefficient;           ///< Contact::restitution
   Lanes closes;                ///< Contact::closes: 1 or 0
-  Lanes resting_acceleration;  ///< slower than this for a sub-step is at rest, m/s²
+  Lanes resting_acceleration;  ///< an impact slower than this times hs is at rest, m/s²
   Lanes gap;                   ///< at the coordinates that the row was formulated for, m
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
   /// Right-hand sides in an impact, of the normal and the tangents, m/s: the least velocity after the
@@ -142,7 +142,7 @@ struct ContactBatch {
   std::array<int, lanes> a;
   std::array<int, lanes> b;
   std::array<int, lanes> source;  ///< the manifold's first contact
-  std::array<int, lanes> count;   ///< of the manifold's contacts: beyond, nothing acts on a lane
+  std::array<int, lanes> count;   ///< number of the manifold's contacts; later ones do not act on its lane
   int manifolds;                  ///< lanes beyond repeat the first
   int contacts;                   ///< the largest count
   bool has_friction;              ///< of its points
@@ -226,7 +226,7 @@ class ContactBatches {
 
  private:
   struct Manifold {
-    int distance;  ///< of the nearer body from what cannot move; less is later
+    int distance;  ///< of the nearer body from fixed ones; smaller ones come later
     int contacts;
     bool has_friction;
     int source;   ///< its first contact; of a kept patch −1
@@ -271,8 +271,8 @@ class ContactBatches {
   std::vector<std::tuple<int, int, int>> shapes_of_batches_;  ///< colliders and corners, then
   std::vector<int> in_order_;                                 ///< contacts in the order of the cache
   std::vector<int> position_of_;                              ///< by contact: its position in `in_order_`
-  std::vector<int> last_batch_;                               ///< by body: the last that it is in
-  std::vector<int> distance_;                                 ///< by body: from what cannot move
+  std::vector<int> last_batch_;                               ///< by body: its last batch
+  std::vector<int> distance_;                                 ///< by body: from fixed ones
   std::vector<int> begin_;  ///< by body: of its partners; by collider: of its contacts
   std::vector<int> partners_;
   std::vector<int> reached_;

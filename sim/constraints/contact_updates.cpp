@@ -36,9 +36,9 @@ namespace {
 
 /// Resets the bias of friction that slides to J̆ sv, or to 0 without a sum of velocities. Its displacement
 /// counts from `offset`.
-[[gnu::always_inline]] inline void let_go_of_sliding_lanes(ContactBatches& contacts, double hs,
-                                                           const std::vector<Velocity>* sum_v,
-                                                           const std::vector<Velocity>& offset) {
+[[gnu::always_inline]] inline void release_sliding_lanes(ContactBatches& contacts, double hs,
+                                                         const std::vector<Velocity>* sum_v,
+                                                         const std::vector<Velocity>& offset) {
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
@@ -208,7 +208,7 @@ void add_to_biases(ContactBatches& contacts, double share, const std::vector<Vel
 
 void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                      const std::vector<Velocity>& offset) {
-  run_wide([&]() __attribute__((always_inline)) { let_go_of_sliding_lanes(contacts, hs, sum_v, offset); });
+  run_wide([&]() __attribute__((always_inline)) { release_sliding_lanes(contacts, hs, sum_v, offset); });
 }
 
 }  // namespace substep

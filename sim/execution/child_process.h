@@ -1,5 +1,5 @@
 #pragma once
-/// Another program, started without a shell: its arguments may hold anything.
+/// Starts another program without a shell, so that its arguments need no quoting.
 
 #include <sys/types.h>
 
@@ -10,8 +10,8 @@
 
 namespace substep {
 
-/// A file in memory without a name that another program reads or writes, also where the disk is full. It ends
-/// with this object.
+/// A file in memory without a name that another program reads or writes, also where the disk is full. The
+/// destructor closes it.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string_view content = {});  ///< throws std::system_error
@@ -48,7 +48,7 @@ class ChildProcess {
   ~ChildProcess();
 
   pid_t id() const { return process_; }  ///< −1 once its end is known
-  /// Returns true where the program ended by itself with exit code 0, and nothing while it runs.
+  /// Returns whether the program ended by itself with exit code 0; nothing while it runs.
   std::optional<bool> ended();
   /// Waits until the program has ended, and returns true where it did so by itself with exit code 0.
   bool succeeds();

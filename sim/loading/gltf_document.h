@@ -22,7 +22,7 @@ struct GltfDocument {
   std::unique_ptr<JsonFile> source = std::make_unique<JsonFile>();  ///< outlives moves of the document
   std::uint64_t hash = 0;
   nlohmann::json json;
-  std::vector<std::string_view> buffers;                  ///< as long as they say, in `files`
+  std::vector<std::string_view> buffers;                  ///< each of its declared length, in `files`
   std::vector<std::shared_ptr<const std::string>> files;  ///< contents of all files and data URIs
   std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_beside;
   std::vector<GltfNode> nodes;
@@ -32,18 +32,18 @@ struct GltfDocument {
   JsonValue root() const { return {json, *source}; }
   std::size_t size_of(const char* list) const;  ///< length of a list at the root, 0 for an absent one
   JsonValue item_of(const char* list, std::size_t index) const;
-  /// Returns the index that `reference` is into a list at the root, whose items messages call `what`.
+  /// Returns `reference` as an index into a list at the root. Messages call the items `what`.
   int index_of(const JsonValue& reference, const char* list, const char* what) const {
     return reference.index(size_of(list), what);
   }
-  /// Returns the item that `reference` is the index of.
+  /// Returns the item whose index is `reference`.
   JsonValue target_of(const JsonValue& reference, const char* list, const char* what) const {
     return item_of(list, index_of(reference, list, what));
   }
 };
 
 /// Reads `.gltf` or `.glb` with all buffers: from the file itself, data URIs, or files below its folder.
-/// Checks sizes, nodes, and that every required extension is one of those modelled. Throws Error.
+/// Checks sizes, nodes, and that every required extension is known. Throws Error.
 GltfDocument read_gltf(const std::filesystem::path& file);
 
 /// Returns the bytes of a data URI, or of a file in the document's folder or below, which it reads once.
@@ -53,7 +53,7 @@ std::shared_ptr<const std::string> read_uri(const JsonValue& uri, GltfDocument& 
 /// Returns the file that a URI names, where it exists in the document's folder or below.
 std::optional<std::filesystem::path> file_of_uri(const JsonValue& uri, const GltfDocument& document);
 
-/// Returns the bytes of the buffer view that `reference` is the index of. Throws Error where it leaves its
+/// Returns the bytes of the buffer view whose index is `reference`. Throws Error if the view leaves its
 /// buffer.
 std::string_view buffer_view(const GltfDocument& document, const JsonValue& reference);
 

@@ -6,8 +6,8 @@
 namespace substep {
 
 /// Makes this thread round to nearest, keep subnormal numbers and trap no exception, and restores the
-/// caller's environment with its flags at the end. Used wherever a caller enters code whose results have the
-/// same bits everywhere.
+/// caller's environment with its flags at the end. Functions of the interface whose results have the same
+/// bits everywhere begin with one.
 class DefaultFloatingPoint {
  public:
   DefaultFloatingPoint();
@@ -17,8 +17,8 @@ class DefaultFloatingPoint {
 
  private:
 #if defined(__x86_64__)
-  unsigned int vector_control_;   // SSE's, with which everything is computed
-  unsigned short stack_control_;  // x87's, which the C library asks how to round decimals
+  unsigned int vector_control_;   // of SSE, which does all our arithmetic
+  unsigned short stack_control_;  // of x87, from which the C library takes the rounding of decimals
 #else
   std::fenv_t environment_;
 #endif

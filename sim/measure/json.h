@@ -1,6 +1,6 @@
 #pragma once
-/// Converts settings, metrics and times to JSON and back, for sidecars of goldens and for records of sweeps;
-/// and scenes to JSON. Numbers that are not finite are null, and read back as infinite.
+/// Converts settings, metrics and times to JSON and back, for sidecars of goldens and for records of sweeps.
+/// Also converts scenes to JSON. Numbers that are not finite are null, and read back as infinite.
 
 #include <nlohmann/json.hpp>
 
@@ -11,12 +11,12 @@ struct RunTimes;
 struct Scene;
 struct Settings;
 
-/// Has the fields of settings_fields.h.
+/// Returns the settings as an object with the fields of settings_fields.h.
 nlohmann::ordered_json to_json(const Settings& settings);
 nlohmann::ordered_json to_json(const Metrics& metrics);
 nlohmann::ordered_json to_json(const RunTimes& times);
 
-/// Throws nlohmann's exceptions where a field is missing or of another type, Error where it names nothing.
+/// Throws nlohmann's exceptions if a field is missing or of another type, and Error for an unknown name.
 Settings settings_in(const nlohmann::ordered_json& json);
 /// Throw Error for JSON that to_json() does not return.
 Metrics metrics_in(const nlohmann::ordered_json& json);

@@ -11,7 +11,7 @@
 namespace substep {
 namespace {
 
-/// A body that hangs on the one before it.
+/// A body and the joint that connects it to its parent in the tree.
 struct EngineLink {
   int body;
   int parent;                ///< the world, or a body of an earlier link
@@ -57,7 +57,7 @@ std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoin
   return links;
 }
 
-/// The joint's anchor and axis in the frame of the link's body.
+/// Returns the joint's anchor in the frame of the link's body.
 Vector3 anchor_of_body(const EngineLink& link) {
   return link.is_a ? link.joint->anchor_a : link.joint->anchor_b;
 }
@@ -82,7 +82,7 @@ std::string placed(const Pose& pose) {
   return fmt::format("pos=\"{}\" quat=\"{}\"", numbers(pose.position), numbers(pose.orientation));
 }
 
-/// The scene in MuJoCo's language. Body i is called "b<i>".
+/// A writer of the scene as MuJoCo XML. Body i is named "b<i>".
 class MujocoText {
  public:
   MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings, const char* integrator)
@@ -201,7 +201,7 @@ class MujocoStepper final : public Stepper {
 
   bool step() override {
     mj_step(model_, data_);
-    mj_kinematics(model_, data_);  // a step leaves the bodies where it found them
+    mj_kinematics(model_, data_);  // mj_step leaves the poses of its start
     mj_comPos(model_, data_);
     mj_comVel(model_, data_);
     for (const auto& [body, id] : bodies_) {
@@ -212,7 +212,7 @@ class MujocoStepper final : public Stepper {
       next_.q[body] = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
       next_.v[body] = {{velocity[3], velocity[4], velocity[5]}, {velocity[0], velocity[1], velocity[2]}};
     }
-    // MuJoCo starts a scene anew when numbers grow too large, and warns.
+    // Detect divergence by MuJoCo's warning: it then resets the scene.
     const bool went_wrong = data_->warning[mjWARN_BADQPOS].number > 0 ||
                             data_->warning[mjWARN_BADQVEL].number > 0 ||
                             data_->warning[mjWARN_BADQACC].number > 0;
@@ -224,7 +224,7 @@ class MujocoStepper final : public Stepper {
 
  private:
   void load(const std::string& text) {
-    mju_user_warning = [](const char*) {};  // else it writes a file where the program runs
+    mju_user_warning = [](const char*) {};  // the default writes a log file to the working folder
     mjVFS files;
     mj_defaultVFS(&files);
     mj_makeEmptyFileVFS(&files, "scene.xml", static_cast<int>(text.size()));
