@@ -1,6 +1,6 @@
 #pragma once
-/// The commands of golden. A callback throws Error for bad input and CLI::RuntimeError(1) where the answer is no:
-/// pictures differ, a golden fails.
+/// The commands of golden. A callback throws Error for bad input and CLI::RuntimeError(1) where the answer is
+/// no: pictures differ, a golden fails.
 
 #include <CLI/CLI.hpp>
 
