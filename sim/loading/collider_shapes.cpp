@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "sim/error.h"
@@ -94,9 +95,14 @@ std::vector<std::size_t> outermost(std::span<const Vector3> points, std::size_t 
     const double across = std::sqrt(1 - y * y);
     const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
     const Vector3 direction(across * around.cosine, y, across * around.sine);
-    const auto farthest =
-        std::ranges::max_element(points, {}, [&](const Vector3& point) { return direction.dot(point); });
-    chosen.push_back(static_cast<std::size_t>(farthest - points.begin()));
+    std::size_t farthest = 0;
+    double largest = -std::numeric_limits<double>::infinity();
+    for (std::size_t index = 0; index < points.size(); ++index) {
+      const double distance = direction.dot(points[index]);
+      if (distance > largest) farthest = index;
+      largest = std::max(largest, distance);
+    }
+    chosen.push_back(farthest);
   }
   std::ranges::sort(chosen);
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
