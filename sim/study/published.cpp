@@ -198,8 +198,14 @@ void add_figures(const std::vector<Job>& jobs, std::size_t number, std::size_t r
         lines[i].run = run.name;
         if (!run.against.empty()) {
           const auto earlier = std::ranges::find_if(measurement.figures, [&](const PublishedFigure& line) {
-            return line.what == lines[i].what && line.run == run.against;
+            return line.what == lines[i].what && line.run == run.against &&
+                   line.measured.contains(job.algorithm);
           });
+          if (earlier == measurement.figures.end()) {
+            throw Error(fmt::format("{}: run '{}' measures no {} of {} to compare run '{}' with",
+                                    measurement.result.name, run.against, lines[i].what,
+                                    title_of(job.algorithm), run.name));
+          }
           figure.measured = earlier->measured.at(job.algorithm).measured / figure.measured;
           figure.expected = run.at_least;
           figure.bound = Bound::at_least;
