@@ -25,10 +25,7 @@ void claims(const ClaimsOptions& options) {
   ClaimsReport report;
   {
     Progress progress;
-    report = measure_claims(options.scenes, [&](int number) {
-      constexpr double count = 16;
-      progress.show("measuring", (number - 1) / count);
-    });
+    report = measure_claims(options.scenes, [&](double fraction) { progress.show("measuring", fraction); });
   }
   options.output.write(to_markdown(report));
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -89,13 +90,15 @@ TextTable energy_table(const claims::Measurement& measurement) {
 
 }  // namespace
 
-ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress) {
+ClaimsReport measure_claims(const std::filesystem::path& folder,
+                            const std::function<void(double)>& progress) {
   using namespace claims;
   Measurement measurement(folder);
   ClaimsReport report;
-  for (const auto measure : {claim1, claim2, claim3, claim4, claim5, claim6, claim7, claim8, claim9, claim10,
-                             claim11, claim12, claim13, claim14, claim15, claim16, claim17}) {
-    progress(static_cast<int>(report.claims.size()) + 1);
+  constexpr std::array all{claim1,  claim2,  claim3,  claim4,  claim5,  claim6,  claim7,  claim8, claim9,
+                           claim10, claim11, claim12, claim13, claim14, claim15, claim16, claim17};
+  for (const auto measure : all) {
+    progress(static_cast<double>(report.claims.size()) / all.size());
     report.claims.push_back(measure(measurement));
   }
   report.ablation = ablation_table(measurement);

@@ -50,8 +50,8 @@ struct ClaimsReport {
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
-/// every run. `progress` receives the number of the next claim. Throws Error when a scene cannot be read.
-ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
+/// every run. `progress` receives the measured fraction. Throws Error when a scene cannot be read.
+ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress);
 
 /// Returns for each claim its verdict, a table and a list, then the ablation and the rises of energy. Timings
 /// are marked by ~. No table has more than seven columns or two numbers in a cell.

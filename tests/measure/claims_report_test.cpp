@@ -86,7 +86,7 @@ TEST(ClaimsReport, VerdictNamesCases) {
 }
 
 TEST(ClaimsReport, NamesMissingScene) {
-  const std::string message = test::message_of([] { measure_claims("no/such/folder", [](int) {}); });
+  const std::string message = test::message_of([] { measure_claims("no/such/folder", [](double) {}); });
   EXPECT_NE(message.find("rod_chain.gltf"), std::string::npos) << message;
 }
 
