@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdlib>
 #include <map>
-#include <ranges>
 
 namespace substep::golden {
 namespace {
@@ -69,9 +68,9 @@ bool is_everywhere(const std::map<int, BodyBlame>& seen) {
     return fraction(sky) > most_of_sky || fraction(world) > nearly_all_ground;
   }
   // In a close-up without sky and ground, all bodies must differ.
-  const std::ranges::subrange bodies(seen.upper_bound(world), seen.end());
+  const auto first = seen.upper_bound(world);
   const auto differs = [](const auto& entry) { return entry.second.differing * 20 > entry.second.pixels; };
-  return std::ranges::distance(bodies) > 1 && std::ranges::all_of(bodies, differs);
+  return std::distance(first, seen.end()) > 1 && std::all_of(first, seen.end(), differs);
 }
 
 }  // namespace

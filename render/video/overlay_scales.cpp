@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <string_view>
 #include <utility>
 
@@ -108,8 +107,10 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   }
   std::vector<double> impulses;
   for (const Run& run : comparison.runs) {
-    for (const ContactImpulse& contact : std::views::join(run.readings.contacts)) {
-      if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
+    for (const auto& contacts : run.readings.contacts) {
+      for (const ContactImpulse& contact : contacts) {
+        if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
+      }
     }
   }
   // Draw a large impulse about a tenth of the scene long, with a round number of newton seconds in a metre

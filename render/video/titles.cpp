@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -158,10 +157,12 @@ Titles titles_of(const std::vector<Run>& runs) {
   for (const std::string& key : keys) {
     std::vector<std::string> values;
     const SettingsField* field = nullptr;
-    for (const Item& item : std::views::join(items)) {
-      if (item.key != key) continue;
-      values.push_back(item.words);
-      field = item.field;
+    for (const std::vector<Item>& of_run : items) {
+      for (const Item& item : of_run) {
+        if (item.key != key) continue;
+        values.push_back(item.words);
+        field = item.field;
+      }
     }
     bool is_missing = false;
     for (std::size_t i = 0; i < runs.size(); ++i)
@@ -174,7 +175,8 @@ Titles titles_of(const std::vector<Run>& runs) {
       shared.push_back(values.front());
     }
   }
-  std::ranges::stable_partition(shared, [](const std::string& words) { return !words.ends_with(" Hz"); });
+  std::stable_partition(shared.begin(), shared.end(),
+                        [](const std::string& words) { return !words.ends_with(" Hz"); });
   Titles titles;
   titles.shared = fmt::format("{}", fmt::join(shared, " · "));
   for (std::size_t i = 0; i < runs.size(); ++i) {

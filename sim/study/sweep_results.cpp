@@ -134,7 +134,7 @@ std::vector<RunFamily> take_single_runs(std::vector<RunFamily>& families) {
   const auto is_line = [&](const RunFamily& family) {
     return family.runs.size() > 1 || !with_lines.contains(name_of(family.runs.front()));
   };
-  const auto first = std::ranges::stable_partition(families, is_line).begin();
+  const auto first = std::stable_partition(families.begin(), families.end(), is_line);
   std::vector<RunFamily> single(first, families.end());
   families.erase(first, families.end());
   return single;

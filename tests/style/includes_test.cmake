@@ -1,4 +1,5 @@
-# cmake -D source=… -P includes_test.cmake: each folder includes only itself and folders before it.
+# cmake -D source=… -P includes_test.cmake: each folder includes only itself and folders before it, and none <ranges>:
+# clang 14 does not compile the views and subranges of libstdc++ 12.
 cmake_minimum_required(VERSION 3.25)
 set(order sim/error.h sim/execution sim/math sim/geometry sim/scene sim/model sim/direct sim/constraints sim/descendants sim sim/log sim/loading
   sim/measure sim/study sim/study/engines sim/commands render render/video render/player render/report render/site render/commands
@@ -26,6 +27,10 @@ foreach(file IN LISTS files)
   place(${file} from)
   if(from LESS 0)
     list(APPEND faults "${file}: its folder has no place in the order")
+  endif()
+  file(STRINGS ${source}/${file} views REGEX "^#include <ranges>|std::views::|std::ranges::(subrange|equal_range)")
+  if(views)
+    list(APPEND faults "${file}: clang 14 does not compile ${views}")
   endif()
   file(STRINGS ${source}/${file} lines REGEX "^#include \"")
   foreach(line IN LISTS lines)
