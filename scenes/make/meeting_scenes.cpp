@@ -12,6 +12,32 @@ Motion moving(double speed) {
   return {.mass = 1, .linear_velocity = {speed, 0, 0}};
 }
 
+/// A lane between two rows of posts, for one ball or two.
+struct Lane {
+  double speed;         // m/s
+  double clearance;     // m, of its posts
+  double angle;         // rad, from +X
+  double z;             // m
+  double oncoming = 0;  // m/s, of a second ball that passes at the same clearance
+  Finish finish;
+};
+
+constexpr std::array<Lane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::terracotta},
+                                     {2, 0.008, -0.04, 0.65, 3.5, finish::mustard},
+                                     {3, 0.012, 0.03, 0.2, 5, finish::teal},
+                                     {4.5, 0.016, -0.05, -0.35, 0, finish::blue},
+                                     {6, 0.02, 0.04, -0.95, 0, finish::ivory}}};
+
+/// Adds a ball that moves along its node's +X and meets nothing. Expects it to keep its velocity and line.
+void send_past(GltfBuilder& gltf, const std::string& name, const Pose& pose, double speed,
+               const Collider& collider, const Look& look, const Json& whole) {
+  gltf.body(name, pose, moving(speed), collider, look);
+  const Matrix3 axes = pose.orientation.toRotationMatrix();
+  gltf.expect({name + ": velocity along its line", "velocity", {name}, axes.col(0)}, whole, speed,
+              1e-6 * speed, "nothing is met");
+  gltf.expect({name + ": way across its line", "way", {name}, axes.col(2)}, whole, 0, 1e-6, "nothing is met");
+}
+
 GltfBuilder near_miss() {
   constexpr double duration = 1;
   constexpr std::array<double, 4> passes{0.17, 0.37, 0.58, 0.79};  // s
@@ -32,19 +58,6 @@ GltfBuilder near_miss() {
   const int stake = gltf.mesh(
       "stake", {{rounded(box({post_height / 2, post_height, post_height / 2}), 0.004), finish::walnut}});
 
-  struct Lane {
-    double speed;         // m/s
-    double clearance;     // m, of its posts
-    double angle;         // rad, from +X
-    double z;             // m
-    double oncoming = 0;  // m/s, of a second ball that passes at the same clearance
-    Finish finish;
-  };
-  const std::array<Lane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::terracotta},
-                                   {2, 0.008, -0.04, 0.65, 3.5, finish::mustard},
-                                   {3, 0.012, 0.03, 0.2, 5, finish::teal},
-                                   {4.5, 0.016, -0.05, -0.35, 0, finish::blue},
-                                   {6, 0.02, 0.04, -0.95, 0, finish::ivory}}};
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const Lane& lane = lanes[i];
     const std::string number = std::to_string(i + 1);
@@ -64,19 +77,13 @@ GltfBuilder near_miss() {
     }
 
     // Send the balls, the second one backwards.
-    const auto send = [&](const std::string& name, const Pose& pose, double speed) {
-      gltf.body(name, pose, moving(speed), {round, bouncing}, look);
-      const Matrix3 axes = pose.orientation.toRotationMatrix();
-      gltf.expect({name + ": velocity along its line", "velocity", {name}, axes.col(0)},
-                  throughout(0, duration), speed, 1e-6 * speed, "nothing is met");
-      gltf.expect({name + ": way across its line", "way", {name}, axes.col(2)}, throughout(0, duration), 0,
-                  1e-6, "nothing is met");
-    };
-    send("ball_" + number, middle * at(start, radius, 0), lane.speed);
+    const Collider collider{round, bouncing};
+    const auto whole = throughout(0, duration);
+    send_past(gltf, "ball_" + number, middle * at(start, radius, 0), lane.speed, collider, look, whole);
     if (lane.oncoming > 0) {
       const double beside = -2 * radius - lane.clearance;
-      send("oncoming_" + number, middle * at(lane.oncoming * duration / 2, radius, beside) * turn(Y, pi),
-           lane.oncoming);
+      const Pose pose = middle * at(lane.oncoming * duration / 2, radius, beside) * turn(Y, pi);
+      send_past(gltf, "oncoming_" + number, pose, lane.oncoming, collider, look, whole);
     }
   }
   return gltf;
@@ -135,6 +142,17 @@ GltfBuilder seams() {
   return gltf;
 }
 
+/// A ball before a wall, and the final velocities of the ball and of its striker.
+struct BallAtWall {
+  const char* name;
+  double restitution;
+  double striker;  // as a fraction of the striker's speed
+  double ball;     // as a fraction of the striker's speed
+};
+
+constexpr std::array<BallAtWall, 3> balls_at_walls{
+    {{"elastic", 1, -1, 0}, {"half", 0.5, -7.0 / 32, -3.0 / 64}, {"plastic", 0, 0, 0}}};
+
 GltfBuilder struck() {
   constexpr double duration = 0.4;
   constexpr double speed = 8;
@@ -171,14 +189,7 @@ GltfBuilder struck() {
               hands_on);
 
   // Place balls before walls, by restitution: the final velocities follow from one impact after another.
-  struct Lane {
-    const char* name;
-    double restitution;
-    double striker;  // of `speed`, at the end
-    double ball;
-  };
-  for (const Lane& lane :
-       {Lane{"elastic", 1, -1, 0}, Lane{"half", 0.5, -7.0 / 32, -3.0 / 64}, Lane{"plastic", 0, 0, 0}}) {
+  for (const BallAtWall& lane : balls_at_walls) {
     const std::string name = lane.name;
     const double z = lane.restitution == 1 ? 0.2 : lane.restitution == 0 ? -0.6 : -0.2;
     const int material = gltf.bouncing_material(lane.restitution);

@@ -39,6 +39,23 @@ struct ProfileVertex {
   Vector3 normal;
 };
 
+/// Appends the arc of a fillet at `corner`, between the outward normals of the segments before and after it.
+void add_fillet(std::vector<ProfileVertex>& run, const Vector3& corner, const Vector3& before,
+                const Vector3& after, double fillet) {
+  // The arc touches both segments; its centre lies inside the solid at a convex corner, outside at a concave
+  // one.
+  const double side = before.cross(after).z() > 0 ? 1 : -1;
+  const Vector3 centre = corner - side * fillet * (before + after) / (1 + before.dot(after));
+  // Small fillets only catch the light: few vertices do.
+  const int halvings = (before.dot(after) > 0.75 ? 1 : 2) + (fillet > 0.04 ? 1 : 0);
+  for (const Vector3& normal : arc(before, after, halvings)) {
+    const Vector3 position = centre + side * fillet * normal;
+    // Two fillets that meet would give two vertices one position.
+    if (!run.empty() && (run.back().point - position).norm() < 1e-9) continue;
+    run.push_back({position, normal});
+  }
+}
+
 /// Returns smooth runs of vertices. Runs are not joined, so that a sharp corner keeps its two normals.
 std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool closed) {
   const int count = static_cast<int>(profile.size());
@@ -70,24 +87,11 @@ std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool
   for (int i = first; i < (closed ? count : segments); ++i) {
     const Vector3 before = outward(i - 1);
     const Vector3 after = outward(i);
-    const double fillet = profile[i].fillet;
-    if (fillet == 0) {
+    if (profile[i].fillet == 0) {
       runs.back().push_back({point(i), before});
       runs.push_back({{point(i), after}});
-      continue;
-    }
-    // The arc touches both segments; its centre lies inside the solid at a convex corner, outside at a
-    // concave one.
-    const bool convex = before.cross(after).z() > 0;
-    const double side = convex ? 1 : -1;
-    const Vector3 centre = point(i) - side * fillet * (before + after) / (1 + before.dot(after));
-    // Small fillets only catch the light: few vertices do.
-    const int halvings = (before.dot(after) > 0.75 ? 1 : 2) + (fillet > 0.04 ? 1 : 0);
-    for (const Vector3& normal : arc(before, after, halvings)) {
-      const Vector3 position = centre + side * fillet * normal;
-      // Two fillets that meet would give two vertices one position.
-      if (!runs.back().empty() && (runs.back().back().point - position).norm() < 1e-9) continue;
-      runs.back().push_back({position, normal});
+    } else {
+      add_fillet(runs.back(), point(i), before, after, profile[i].fillet);
     }
   }
   if (!closed) {

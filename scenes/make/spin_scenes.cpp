@@ -185,6 +185,13 @@ GltfBuilder euler_disk() {
   return gltf;
 }
 
+/// Returns the mesh scaled along the axes.
+Mesh stretched(Mesh mesh, const Vector3& factors) {
+  for (Vector3& position : mesh.positions) position = position.cwiseProduct(factors);
+  for (Vector3& normal : mesh.normals) normal = normal.cwiseQuotient(factors).normalized();
+  return mesh;
+}
+
 GltfBuilder rattleback() {
   // T. R. Kane and D. A. Levinson's figures (1982). Their axes 1, 2 and 3 are X, −Z and Y.
   const Vector3 half_axes(0.20, 0.02, 0.03);
@@ -200,11 +207,6 @@ GltfBuilder rattleback() {
 
   // The lower half of the ellipsoid under a lid, with two weights askew on it, which make its principal axes
   // stand askew to its keel.
-  const auto stretched = [](Mesh mesh, const Vector3& factors) {
-    for (Vector3& position : mesh.positions) position = position.cwiseProduct(factors);
-    for (Vector3& normal : mesh.normals) normal = normal.cwiseQuotient(factors).normalized();
-    return mesh;
-  };
   const int hull_geometry = gltf.geometry(
       stretched(turned({corner(0, -1), corner(1, -1, 1), corner(1, 0), corner(0, 0)}, 64), half_axes));
   const Mesh cap =
