@@ -1,4 +1,5 @@
-// Tests comparisons: reference, errors and readings; panels, titles and strips.
+// Tests comparisons: reference, errors and readings; panels, titles and strips. One file, since all read the
+// runs of a comparison.
 
 #include "render/video/comparison.h"
 
