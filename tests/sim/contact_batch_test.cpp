@@ -409,8 +409,8 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
   }
   worst.lifting += lifts;
   // Complementarity: w · (J v − β) = 0.
-  Moving a;
-  Moving b;
+  BodyVelocities a;
+  BodyVelocities b;
   for (int k = 0; k < 3; ++k) {
     a.linear[k] = Lanes{va.linear[k]};
     a.angular[k] = Lanes{va.angular[k]};
