@@ -200,7 +200,9 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
     if (distances[i] > negligible) chosen.push_back(i);
   }
   if (chosen.size() == known) return result;
-  if (chosen.size() <= most_for_full_hull) {
+  // The full hull of all points was made above and had too many vertices.
+  const bool is_tried = chosen.size() == points.size();
+  if (chosen.size() <= most_for_full_hull && !is_tried) {
     std::ranges::sort(chosen);
     if (auto full = full_hull(chosen_points(points, chosen))) return *full;
   }

@@ -300,8 +300,7 @@ def no_ffmpeg(bench: Bench, folder: pathlib.Path, _chooser: random.Random):
 
 def dying_ffmpeg(bench: Bench, folder: pathlib.Path, chooser: random.Random):
     moment = chooser.uniform(0, bench.seconds)
-    return with_ffmpeg(bench, folder, f'{shutil.which("ffmpeg")} "$@" <&0 &\nchild=$!\n'
-                       f"(sleep {moment:.3f}; kill -9 $child) 2> /dev/null &\nwait $child\n")
+    return with_ffmpeg(bench, folder, f'exec timeout -s KILL {moment:.3f} {shutil.which("ffmpeg")} "$@"\n')
 
 
 def signalled(number: int):
