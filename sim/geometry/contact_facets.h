@@ -34,7 +34,7 @@ struct Facets {
   std::vector<Arc> arcs;
   double size = 0;  ///< the diameter of a ball that holds it
 
-  // Of a mesh's triangle, unset for a polytope:
+  // Members for a triangle of a mesh, unset for a polytope:
   const TriangleMesh* mesh = nullptr;
   Triangle corners{};               ///< vertices of the mesh
   std::array<bool, 3> continues{};  ///< whether the mesh continues in the same plane behind a side

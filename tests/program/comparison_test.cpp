@@ -290,7 +290,7 @@ TEST(Panel, ReadsFilesWithATitle) {
     EXPECT_THROW(read(text), Error) << text;
 }
 
-TEST(Titles, HaveTheSettingsThatDiffer) {
+TEST(Titles, ShowDifferingSettings) {
   using Words = std::vector<std::string>;
   struct Case {
     Words panels;

@@ -170,7 +170,7 @@ TEST_F(Export, KeepsMaterialsAndLights) {
 
 using Player = Program;
 
-TEST_F(Player, IsSelfContained) {
+TEST_F(Player, NeedsNoOtherFile) {
   const std::string words = "player $S/rod_chain.gltf --duration 0.2 --title '</script><a>' --output a.html";
   expect(words, 0, {"wrote a.html"});
   EXPECT_EQ(files(), std::vector<std::string>{"a.html"});
@@ -225,7 +225,7 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
                  {"javascript:", "a note", "<script>"});
 }
 
-TEST_F(Site, OverwritesItselfAndNothingElse) {
+TEST_F(Site, OverwritesOnlyItself) {
   copy("pendulum.gltf", "a.gltf");
   std::filesystem::create_directory(folder() / "site");
   write("site/mine.txt", "mine");

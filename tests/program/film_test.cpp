@@ -47,17 +47,17 @@ class Film : public Program {
   }
 };
 
-TEST_F(Film, FailsWithAMessageAndExitCode0) {
+TEST_F(Film, ReportsErrorDespiteExitCode0) {
   fake("cat > /dev/null\necho 'Error writing trailer of film: No space left on device' >&2\nexit 0\n");
   expect_failure("ffmpeg failed: Error writing trailer of film: No space left on device");
 }
 
-TEST_F(Film, FailsWithAnEmptyFile) {
+TEST_F(Film, RejectsEmptyFile) {
   fake("cat > /dev/null\nexit 0\n");
   expect_failure("its film has 0 frames of");
 }
 
-TEST_F(Film, FailsWithACutFile) {
+TEST_F(Film, RejectsTruncatedFile) {
   fake(
       fmt::format("{} \"$@\" || exit\nfor last; do :; done\n"
                   "case $last in file:*) truncate -s -1000 \"${{last#file:}}\";; esac\n",
@@ -65,7 +65,7 @@ TEST_F(Film, FailsWithACutFile) {
   expect_failure("ffmpeg failed: ");
 }
 
-TEST_F(Film, EndsAHang) {
+TEST_F(Film, KillsStalledFfmpeg) {
   fake("exec sleep 60\n");
   const fs::path program = folder() / "bin/ffmpeg";
   const auto start = std::chrono::steady_clock::now();

@@ -239,7 +239,7 @@ TEST(FilmCamera, HoldsAllRunsButAnExplosion) {
   EXPECT_EQ(seen_frames(loaded, comparison).size(), 1u + 3 + 3 + 2);
 }
 
-TEST(FilmCamera, IsNamedByItsNodeOrItself) {
+TEST(FilmCamera, TakesNameOfNodeOrCamera) {
   Scene loaded = scene("pendulum");
   Camera side = *loaded.camera;
   side.pose.position = {7, 0, 0};

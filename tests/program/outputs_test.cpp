@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using Outputs = Program;
 
-TEST_F(Outputs, LostStandardOutputIsAnError) {
+TEST_F(Outputs, FailOnLostStandardOutput) {
   printed("run $S/pendulum.gltf --output a.txt");
   for (const std::string words :
        {"--help", "info $S/pendulum.gltf", "info --json $S/pendulum.gltf", "diff a.txt a.txt",

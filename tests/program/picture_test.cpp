@@ -188,7 +188,7 @@ TEST_F(Pictures, ShowAllFramesOfALog) {
                  "--frame 7: the log has poses every 5 frames only: ask for 5");
 }
 
-TEST_F(Pictures, SimulateNoMoreThanTheyShow) {
+TEST_F(Pictures, SimulateOnlyShownFrames) {
   const auto start = std::chrono::steady_clock::now();
   picture({scene("rod_chain.gltf"), "--duration", "100000", "--frame", "1", "--size", "64x36"});
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -233,7 +233,7 @@ TEST_F(Pictures, BecomeAFolderOfAFilmNamedPng) {
   EXPECT_EQ(read_png(folder() / "film" / "frame_0009.png").width, 320);
 }
 
-TEST_F(Pictures, AreTheSameForAnyNumberOfThreads) {
+TEST_F(Pictures, MatchForAnyThreadCount) {
   for (const char* const threads : {"1", "2", "3"}) {
     ASSERT_EQ(short_video({"--threads", threads, "--output", std::string(threads) + ".mp4"}).exit_code, 0);
   }

@@ -79,7 +79,7 @@ TEST_P(EveryField, IsInLabels) {
   EXPECT_NE(label(changed()), label(usual()));
 }
 
-TEST_P(EveryField, IsInPoseLog) {
+TEST_P(EveryField, AppearsInPoseLog) {
   PoseLog log;
   log.scene = "none.gltf";
   log.bodies = {"world"};
@@ -92,7 +92,7 @@ TEST_P(EveryField, IsInPoseLog) {
             name() + ": " + text_of(usual(), field()) + " → " + text_of(changed(), field()));
 }
 
-TEST_P(EveryField, IsInSweepRecordAndTable) {
+TEST_P(EveryField, AppearsInSweepRecordAndTable) {
   SweepRecord record;
   record.size = record.duration = 1;
   record.settings = usual();
@@ -104,14 +104,14 @@ TEST_P(EveryField, IsInSweepRecordAndTable) {
   EXPECT_NE(errors_csv({other}), errors_csv({record}));
 }
 
-TEST_P(EveryField, IsKeyOfPanels) {
+TEST_P(EveryField, SetsPanelFile) {
   const std::string algorithm = text_of(changed(), field_named("algorithm"));
   const std::string key = name() == "algorithm" ? "" : "," + name() + "=" + text_of(changed(), field());
   EXPECT_EQ(text_of(render::panel_in(algorithm + key, usual()).settings, field()),
             text_of(changed(), field()));
 }
 
-TEST_P(EveryField, IsListOfSweepFiles) {
+TEST_P(EveryField, ListsInSweepFile) {
   std::string text = "[[grid]]\nscenes = [\"" + scene("pendulum.gltf") + "\"]\n";
   if (name() == "step") {
     text += "algorithms = [\"a1\"]\ndivisions = [1, 2]\n";
@@ -131,7 +131,7 @@ TEST_P(EveryField, IsListOfSweepFiles) {
   EXPECT_EQ(text_of(jobs[1].settings, field()), text_of(changed(), field()));
 }
 
-TEST_P(EveryField, IsInSuiteAndSidecar) {
+TEST_P(EveryField, AppearsInSuiteAndSidecar) {
   const std::string algorithm = to_json(changed())["algorithm"].dump();
   std::string text = "[[case]]\nscene = \"one.gltf\"\nalgorithms = [" + algorithm + "]\n";
   if (name() != "algorithm") text += "settings = { " + name() + " = " + value_in(changed()) + " }\n";

@@ -131,7 +131,7 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   EXPECT_THAT(shell("sweep small.toml --slurm 2", "").err, HasSubstr("sbatch cannot be started"));
 }
 
-TEST_F(SweepCommand, TakesFilesLikeAPattern) {
+TEST_F(SweepCommand, ExpandsFilePatterns) {
   write("like.toml",
         "horizon = 0.1\n[horizons]\npendulum = 0.05\n" + grid("pend*.gltf", "algorithms = ['a1']"));
   printed("sweep like.toml --output like");

@@ -113,7 +113,7 @@ TEST_F(AutomaticView, ShowsTheOriginOfAnEmptyScene) {
   EXPECT_LT(std::abs(origin.y), 0.3);  // measured 0.18
 }
 
-TEST_F(SteppedBackView, MovesAsFarAsIsNeeded) {
+TEST_F(SteppedBackView, MovesLeastSufficientDistance) {
   View near = view(1);
   EXPECT_EQ(stepped_back_from(near).eye, near.eye);
   near.eye += near.forward * 1.0;

@@ -98,7 +98,7 @@ TEST(Ground, DiscAboveHidesItsFractionOfTheSky) {
   }
 }
 
-TEST(Ground, IsOpenOrHasTheAmbientFloor) {
+TEST(Ground, GetsOpenSkyOrAmbientFloor) {
   EXPECT_EQ(open_below(-1, 0, 1), 1);
   EXPECT_NEAR(open_below(1, 0, 1), 0, 0.02);
   Relief relief;

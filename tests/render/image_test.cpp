@@ -73,7 +73,7 @@ TEST_F(Png, SmallFileKeepsPixelsOfEveryFilter) {
   EXPECT_LT(png.size(), to_png(image).size());  // measured 3872 and 3987
 }
 
-TEST_F(Png, OtherFilesAreRefusedByName) {
+TEST_F(Png, RefusesOtherFilesByName) {
   EXPECT_NE(refusal(folder_ / "missing.png").find("missing.png"), std::string::npos);
   EXPECT_NE(refusal(folder_), "");
   const std::string png = to_png(pattern(64, 48));
@@ -90,7 +90,7 @@ TEST_F(Png, FailedWriteLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST(ImageHash, IsFnvOfSizeAndPixels) {
+TEST(ImageHash, EqualsFnvOfSizeAndPixels) {
   EXPECT_EQ(hash(Image()), fnv1a(std::string(8, '\0')));
   Image image = pattern(8, 4);
   const std::uint64_t before = hash(image);
@@ -124,7 +124,7 @@ std::size_t bytes_of_images(const Scene& scene) {
   return bytes;
 }
 
-TEST(SmallerImages, KeepToLongestSide) {
+TEST(SmallerImages, FitLongestSide) {
   Scene scene;
   add_image(scene, noisy_file(2048, 512, 1));
   const Scene smaller = with_smaller_images(scene, scene.surfaces, {512, 10000000});
@@ -132,7 +132,7 @@ TEST(SmallerImages, KeepToLongestSide) {
   EXPECT_EQ(image_of(smaller, 0).height, 128);
 }
 
-TEST(SmallerImages, KeepToBytesInAll) {
+TEST(SmallerImages, FitTotalBytes) {
   Scene scene;
   for (std::uint32_t seed = 0; seed < 6; ++seed) add_image(scene, noisy_file(512, 512, seed));
   const ImageLimits limits;

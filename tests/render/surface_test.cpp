@@ -326,7 +326,7 @@ std::string complaint(const std::string& bytes) {
   return test::message_of([&] { drawn(scene); });
 }
 
-TEST(Surfaces, DamagedImageIsNamed) {
+TEST(Surfaces, NameDamagedImage) {
   std::string png = to_png(Image(64, 64));
   EXPECT_EQ(complaint(png), "");
   EXPECT_EQ(complaint(png.substr(0, 40)).rfind("test: /images/0: is no whole PNG or JPEG image", 0), 0U);

@@ -71,7 +71,7 @@ void expect_clipped(const Draw& draw) {
   }
 }
 
-TEST(Text, IsClippedAtTheBorder) {
+TEST(Text, ClipsAtBorder) {
   expect_clipped([](Image& image, double x, double y) { draw_text(image, x, y, "Wgj½", {}); });
   expect_clipped([](Image& image, int x, int y) {
     fill_rectangle(image, x, y, 30, 12, {200, 100, 50}, 0.7);

@@ -206,7 +206,7 @@ TEST_F(SweepResults, ShowScenesThatAnEngineRan) {
   EXPECT_EQ(std::ranges::count(steps.panels[0].series, "some-engine", &Series::title), 1);
 }
 
-TEST_F(SweepResults, PutTheCheaperSideAheadWithinAnError) {
+TEST_F(SweepResults, RankCheaperSideFirst) {
   std::vector<SweepRecord> records = of_scene(source().records, "pendulum");
   const auto add = [&](const std::string& engine, double error, double seconds) {
     SweepRecord& record = records.emplace_back(records.front());

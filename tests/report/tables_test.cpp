@@ -102,7 +102,7 @@ TEST(DefaultSweep, ComparesAlgorithmsAtEqualSettings) {
   }
 }
 
-TEST(StabilityLimit, IsTheFewestSubsteps) {
+TEST(StabilityLimit, EqualsFewestStableSubsteps) {
   Scene scene = load_scene(scenes() / "heavy_chain.gltf");
   scene.duration = 1;
   const ReferenceMotion reference = reference_motion(scene, 1);
@@ -154,7 +154,7 @@ SweepRecord judged_run(const std::string& scene, Algorithm algorithm, double way
   return record;
 }
 
-TEST(BadFigures, AreSortedByTolerancesAndCounted) {
+TEST(BadFigures, SortByTolerances) {
   const std::vector<BadFigure> bad = bad_figures(
       {judged_run("good", Algorithm::a1, 1.05, 1), judged_run("slope", Algorithm::a1, 1.2, 1),
        judged_run("slope", Algorithm::a5, 1.3, 1), judged_run("slope", Algorithm::a5, 1.01, 1),
@@ -174,7 +174,7 @@ TEST(BadFigures, AreSortedByTolerancesAndCounted) {
               AllOf(HasSubstr("never"), HasSubstr("≤ 2 m"), HasSubstr("A5, A1"), HasSubstr("2 of 3")));
 }
 
-TEST(BadFigures, AreASectionOfThePageWhereThereAreSome) {
+TEST(BadFigures, AddSectionToPage) {
   FigureSource source;
   source.properties = false;
   source.records = {judged_run("slope", Algorithm::a1, 1.2, 1)};

@@ -68,7 +68,7 @@ TEST(Expected, SceneOverridesDocument) {
 }
 
 // Each row: members merged into an expectation | words of the message | path of the fault in the expectation.
-TEST(Expected, IsRefusedWithPlaceAndRemedy) {
+TEST(Expected, RefusalNamesPlaceAndRemedy) {
   const json good =
       json::parse(R"({"quantity": "way", "body": "rock", "direction": [1, 0, 0], "at": 2, "value": 1,
                                     "tolerance": 0.1, "source": "a closed form"})");

@@ -335,7 +335,7 @@ void expect_warnings(const json& document, const std::string& table) {
   }
 }
 
-TEST(Features, AreReplacedWithWarning) {
+TEST(Features, ReplacesUnsupportedWithWarning) {
   expect_warnings(example(), R"(
     /#/1 = {"type": "capsule"}; /nodes/1/scale = [1, 2, 1] |
         a capsule under an unequal scale collides as the hull of

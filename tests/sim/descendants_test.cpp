@@ -293,7 +293,7 @@ TEST(WarmStart, HalvesSettlingOfStack) {
   EXPECT_LT(largest_displacement(scene, settings, 5), 0.6 * cold);  // measured 2.09 of 3.68 mm
 }
 
-TEST(WarmStart, IsRefusedByOtherAlgorithms) {
+TEST(WarmStart, RefusesOtherAlgorithms) {
   Settings settings = default_settings(Algorithm::a1);
   settings.warm_start = 0.5;
   EXPECT_THROW(check(settings), Error);

@@ -51,7 +51,7 @@ TEST(Fnv1a, IsContinued) {
   EXPECT_EQ(fnv1a_of_number(0xff, 1, fnv1a_start), fnv1a("\xff"));
 }
 
-TEST(Settings, AreFoundByName) {
+TEST(Settings, ResolveByName) {
   for (const Algorithm algorithm :
        {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_EQ(algorithm_named(name(algorithm)), algorithm);

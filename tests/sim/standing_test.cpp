@@ -124,7 +124,7 @@ TEST(ContactCache, ContinuesRunFromState) {
   }
 }
 
-TEST(ContactCache, IsSortedByColliderAndPosition) {
+TEST(ContactCache, SortsByColliderAndPosition) {
   for (const char* name : {"stone_pyramid", "dominoes", "funnel", "wrecking_ball"}) {
     Simulation simulation(scene_named(name), default_settings(Algorithm::a5));
     for (int step = 1; step <= 40; ++step) {
