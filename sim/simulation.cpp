@@ -239,10 +239,10 @@ struct Simulation::Implementation {
     const double joint_scale = settings.algorithm == Algorithm::a5 ? settings.kappa : 1;
     const double contact_scale = scale_of_contact_impulses();
     problem.warm_start = {is_direct ? 0 : settings.warm_start, joint_scale, contact_scale};
-    problem.c.given_before.assign(problem.c.rows.size(), 0);
+    problem.c.last_step_impulses.assign(problem.c.rows.size(), 0);
     for (std::size_t i = 0; i < std::min(state.joint_forces.size(), problem.c.rows.size()); ++i)
-      problem.c.given_before[i] = duration / joint_scale * state.joint_forces[i];
-    set_given_before(problem.c.contacts, *problem.contacts, duration, contact_scale);
+      problem.c.last_step_impulses[i] = duration / joint_scale * state.joint_forces[i];
+    set_start_impulses(problem.c.contacts, *problem.contacts, duration, contact_scale);
   }
 
   /// Returns the factor of A5's contact impulses relative to its rows' λ□, else 1.

@@ -34,7 +34,7 @@ struct StepReport {
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
-  int parts = 1;  ///< in which the step was taken: its equal parts, and more where bodies are struck in it
+  int parts = 1;          ///< number of parts of the step: its equal parts, and more where impacts divide it
   int active_sets = 0;    ///< A1: active sets tried, in the island that took most
   double residual = 0;    ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;  ///< A1: rows that are violated by more than rounding
@@ -50,7 +50,7 @@ class Simulation {
   /// Throws Error when the settings cannot be used or the scene needs what is not modelled.
   Simulation(const Scene& scene, const Settings& settings);
 
-  /// Sets all up as for the settings' algorithm (frames, rows, blocks), but steps with `procedure`, for
+  /// Sets up frames, rows and blocks for the settings' algorithm, but steps with `procedure`, for
   /// experiments.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
 
@@ -79,7 +79,8 @@ class Simulation {
   /// Continues from another state (same bodies) at the same time.
   void set_state(const State& state);
 
-  /// Returns the parts of the model that this scene needs: "joints: 3 ball; no contacts; no gyroscopic term".
+  /// Returns the parts of the model that this scene needs: "3 locked points; no contacts; no
+  /// gyroscopic term".
   std::string modelled() const;
 
   /// Returns the MLCP of the last step as text that tests can load (A1 only, else empty).

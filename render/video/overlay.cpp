@@ -220,11 +220,11 @@ void draw_contacts(Image& picture, const OverlayFrame& frame) {
   const double dot = std::max(3.0, picture.height / 80.0);
   draw_impulse_scale(picture, frame, width);
   for (const ContactImpulse& contact : at_frame(contacts, frame.k)) {
-    const auto from = projected(picture, frame, contact.place);
+    const auto from = projected(picture, frame, contact.point);
     if (!from) continue;
     const bool is_idle = contact.impulse.isZero();
     const auto tip =
-        projected(picture, frame, contact.place + frame.scales.metres_per_impulse * contact.impulse);
+        projected(picture, frame, contact.point + frame.scales.metres_per_impulse * contact.impulse);
     if (!is_idle && tip) {
       draw_arrow(picture, *from, *tip, width, width + 2, dark);
       draw_arrow(picture, *from, *tip, width, width, arrow_color);

@@ -69,9 +69,9 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
-  /// Impulses of the rows in the sub-step before the step's first; empty without a warm start.
-  std::vector<double> given_before;
-  int limits_of = 1;        ///< number of sub-steps that have begun, whose limits hold for the impulse
+  /// Impulses of the rows in the last sub-step of the step before; empty without a warm start.
+  std::vector<double> last_step_impulses;
+  int limits_of = 1;        ///< number of sub-steps that have begun: limits are multiplied by it
   ContactBatches contacts;  ///< a sweep solves them last
 
   std::span<Row> rows_of(const Block& x) { return {rows.data() + x.first, x.rows}; }
@@ -80,8 +80,8 @@ struct Constraints {
 };
 
 /// Clamps a row's total impulse, and returns its change. `wanted`: the row's right-hand side less its
-/// velocity. The limits hold for the sum of all sub-steps so far, so that a later one may take back what an
-/// earlier one gave.
+/// velocity. The limits hold for the sum of all sub-steps so far, so that a later sub-step may take back an
+/// impulse of an earlier one.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
   const double free = row.impulse + wanted * row.effective_mass;
   const double total =
@@ -145,12 +145,13 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
-/// Sets λ = 0 at the start of a step. With a warm start the first sub-step continues from `given_before`.
+/// Sets λ = 0 at the start of a step. With a warm start the first sub-step continues from
+/// `last_step_impulses`.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = row.earlier = 0;
-  for (std::size_t i = 0; i < c.given_before.size(); ++i) {
-    c.rows[i].impulse = c.given_before[i];
-    c.rows[i].earlier = -c.given_before[i];
+  for (std::size_t i = 0; i < c.last_step_impulses.size(); ++i) {
+    c.rows[i].impulse = c.last_step_impulses[i];
+    c.rows[i].earlier = -c.last_step_impulses[i];
   }
   c.limits_of = 0;
 }

@@ -199,9 +199,10 @@ void ContactBatches::add_batches(const Model& model, const std::vector<Contact>&
       if (size > 0 && !(manifold.fits(taken[0]) && is_free(manifold.a) && is_free(manifold.b))) continue;
       last_batch_[manifold.a] = last_batch_[manifold.b] = batch;
       // A batch takes as long as its longest manifold, which is the last.
-      int place = size++;
-      for (; place > 0 && manifold.is_shorter(taken[place - 1]); --place) taken[place] = taken[place - 1];
-      taken[place] = manifold;
+      int position = size++;
+      for (; position > 0 && manifold.is_shorter(taken[position - 1]); --position)
+        taken[position] = taken[position - 1];
+      taken[position] = manifold;
       from.take(helps);
       --left;
     }

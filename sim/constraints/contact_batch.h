@@ -65,7 +65,7 @@ struct PatchCorner {
   LaneVectors to_plane;  ///< Γ⁻¹ plane / (planeᵀ Γ⁻¹ plane): projects on the plane
   LaneVectors to_ray;    ///< Γ p / (pᵀ Γ p), with p the wrench of a unit impulse at the corner
   Lanes gamma;           ///< pᵀ Γ p
-  Lanes place[2];        ///< along the tangents, m
+  Lanes position[2];     ///< along the tangents, m
   Lanes friction[2];     ///< impulse of a patch that slides, along the tangents, since its origin
 };
 
@@ -77,7 +77,7 @@ struct Patch {
   LaneVectors arm_a;  ///< from a's centre of mass to the patch's centre, along the axes
   LaneVectors arm_b;
   // Normals: the force along the normal, and the torques about the tangents.
-  LaneVectors normal_beta;  ///< β: of the velocity along the normal, and of the turning about the tangents
+  LaneVectors normal_beta;  ///< β: of the velocity along the normal, and of the rotation about the tangents
   LaneVectors normal_impulse;  ///< λ of the whole step so far
   Lanes normal_gamma[6];       ///< Γ of the three: 11, 12, 13, 22, 23, 33
   Lanes normal_inverse[6];     ///< Γ⁻¹; of two corners, on the wrenches that they can give
@@ -91,18 +91,20 @@ struct Patch {
   Lanes inverse_twist;    ///< 1 / Γ of the twist
   Lanes inverse_radius;   ///< 1/m
   Lanes coefficient;      ///< μ
-  Lanes corners;          ///< how many corners the patch has
-  LaneVectors reference;  ///< what the displacement since the step's start is added to, m, m, rad
-  LaneVectors origin;     ///< the impulses when it last slid: those are spent, so that friction can turn
+  Lanes corners;          ///< number of corners
+  LaneVectors reference;  ///< displacement of friction when the step began; m, m, rad
+  /// Impulses when the patch last slid. The limit holds for the impulse since then, so that friction can
+  /// change its direction within a step.
+  LaneVectors origin;
   Lanes origin_normal;
-  Lanes slid;    ///< whether it slid when the step began: 1 or 0
-  Lanes slides;  ///< whether it slides: 1 or 0
+  Lanes slid;    ///< 1 where the patch slid when the step began, else 0
+  Lanes slides;  ///< 1 where the patch slides, else 0
 };
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
 struct RestitutionRow {
   Lanes coefficient;           ///< Contact::restitution
-  Lanes closes;                ///< Contact::closes: 1 or 0
+  Lanes closes;                ///< Contact::closes as 1 or 0
   Lanes resting_acceleration;  ///< an impact slower than this times hs is at rest, m/s²
   Lanes gap;                   ///< at the coordinates that the row was formulated for, m
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
@@ -119,12 +121,13 @@ struct FrictionRows {
   Lanes inverse_determinant;
   Lanes inverse_largest;  ///< of Γ's eigenvalues
   Lanes coefficient;      ///< μ
-  Lanes reference[2];     ///< what the point's displacement since the step's start is added to, m
-  /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
+  Lanes reference[2];     ///< displacement of the point when the step began, m
+  /// Impulses when the point last slid. The limit holds for the impulse since then, so that friction can turn
+  /// with the slip within a step.
   Lanes origin[2];
   Lanes origin_normal;
-  Lanes slid;    ///< whether it slid when the step began: 1 or 0
-  Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
+  Lanes slid;    ///< 1 where the point slid when the step began, else 0
+  Lanes slides;  ///< 1 where the impulse is on the disc's edge, else 0
 };
 
 /// Arms from the centres of mass to a contact point, in the bodies' frames.
@@ -145,7 +148,7 @@ struct ContactBatch {
   std::array<int, lanes> count;   ///< number of the manifold's contacts; later ones do not act on its lane
   int manifolds;                  ///< lanes beyond repeat the first
   int contacts;                   ///< the largest count
-  bool has_friction;              ///< of its points
+  bool has_friction;              ///< its points have friction
   bool has_impacts;               ///< some of its points have restitution or are stopped at once
   int first_point;                ///< normals[first_point], frictions[first_point], …: one for each contact
   int first_coupling;             ///< couplings[first_coupling] …: of the normals, row by row
@@ -157,7 +160,7 @@ struct ContactBatch {
 
 /// Coupling of two normals i and j in each of four manifolds: Γ_ij/Γ_ii for i ≠ j, and Γ_ii on the diagonal.
 struct Coupling {
-  Lanes share;
+  Lanes value;
 };
 
 /// The rows of a batch that is solved by points: of each array one element for each contact.
@@ -170,8 +173,8 @@ struct PointRows {
   Coupling* couplings;           ///< of the normals, row by row
 };
 
-/// Impulses of the rows when the last sub-step began. Empty without a warm start.
-struct GivenBefore {
+/// Impulses of the rows, of the step so far, when the last sub-step began. Empty without a warm start.
+struct StartImpulses {
   using ByLane = std::array<double, lanes>;
   std::vector<std::array<ByLane, 3>> points;                  ///< normal, friction
   std::vector<std::array<std::array<ByLane, 3>, 2>> patches;  ///< normals, friction
@@ -217,12 +220,12 @@ class ContactBatches {
   std::vector<PatchShape> shapes;
   std::vector<Patch> patches;
   std::vector<PatchCorner> patch_corners;
-  GivenBefore given_before;
-  bool has_impact = false;               ///< whether any contact has an impact in the sub-step
-  bool bounces = false;                  ///< whether one of them bounces
+  StartImpulses start_impulses;
+  bool has_impact = false;               ///< some contact has an impact in the sub-step
+  bool bounces = false;                  ///< some contact bounces in the sub-step
   int row_count = 0;                     ///< of all manifolds
-  int formulations = 0;                  ///< since they were built
-  std::vector<Matrix3> first_rotations;  ///< of all bodies at the first of them
+  int formulations = 0;                  ///< number since build()
+  std::vector<Matrix3> first_rotations;  ///< of all bodies at the first formulation
 
  private:
   struct Manifold {
@@ -268,7 +271,7 @@ class ContactBatches {
   Counts counts_{};
   std::vector<Manifold> manifolds_;
   bool had_no_points_ = false;                                ///< when the batches were built
-  std::vector<std::tuple<int, int, int>> shapes_of_batches_;  ///< colliders and corners, then
+  std::vector<std::tuple<int, int, int>> shapes_of_batches_;  ///< colliders and corners when they were built
   std::vector<int> in_order_;                                 ///< contacts in the order of the cache
   std::vector<int> position_of_;                              ///< by contact: its position in `in_order_`
   std::vector<int> last_batch_;                               ///< by body: its last batch
@@ -304,18 +307,18 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
 /// Scales the biases of all rows by τ/κ, as A5 does.
 void box_biases(ContactBatches& contacts, const Stabilization& by);
 
-/// Adds `share` of J̆ change to the biases of all rows.
-void add_to_biases(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
+/// Adds `factor` · J̆ change to the biases of all rows.
+void add_to_biases(ContactBatches& contacts, double factor, const std::vector<Velocity>& change);
 
 /// Sets the bias of friction that slides to 0, or to J̆ sv with A5's sum of velocities `sum_v`. Its
 /// displacement counts from `offset`, the sum of velocities since the formulation.
 void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                      const std::vector<Velocity>& offset);
 
-/// Sets the impulses of the contacts in the sub-step before the step's first, of `duration` seconds, from the
-/// forces of Contact and PatchShape. `scale`: the factor of A5's impulses relative to λ□.
-void set_given_before(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
-                      double scale);
+/// Sets StartImpulses such that the last sub-step of the step before, of `duration` seconds, had the forces
+/// of Contact and PatchShape. `scale`: the factor of A5's impulses relative to λ□.
+void set_start_impulses(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
+                        double scale);
 
 /// Starts a sub-step warm: λ ← λ + fraction · the last sub-step's impulse, and v ← v + scale · M⁻¹Jᵀ of it.
 /// Manifolds with an impact start from 0.

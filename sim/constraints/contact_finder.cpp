@@ -58,7 +58,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   motions_.resize(bodies);
   rotations_.resize(bodies);
   moved_.resize(bodies);
-  reserve(bodies, has_motion_, is_off_, is_pushed_, is_at_rest_, is_left_out_, earliest_);
+  reserve(bodies, has_motion_, is_deflected_, is_pushed_, is_at_rest_, is_left_out_, earliest_);
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {

@@ -16,9 +16,9 @@
 
 namespace substep {
 
-/// Motion of a point on both bodies, and slip in a step, below which it is the same point, relative to the
-/// smaller shape. The point of a fast rolling body is another one in each step: the distance rolled would
-/// count as displacement, by up to a sixth of its angle squared.
+/// Motion on both bodies, and slip in a step, below which a contact point counts as the cached one, relative
+/// to the smaller shape. A fast rolling body has another point in each step: the distance rolled would count
+/// as displacement, by up to a sixth of the squared angle.
 inline constexpr double same_place = 0.02;
 
 /// Gap at which shapes touch, relative to the smaller.
@@ -109,9 +109,9 @@ class ContactFinder {
     std::uint32_t a;
     std::uint32_t b;
     double time;        ///< s
-    bool is_impact;     ///< it is given at once
-    bool turns_aside;   ///< the impact is fast enough to lead a body elsewhere
-    bool separates;     ///< the two touch, and fly apart
+    bool is_impact;     ///< an impulse acts at once
+    bool turns_aside;   ///< the impact is fast enough to deflect a body
+    bool separates;     ///< the two touch, and separate
     std::size_t group;  ///< its contacts
   };
   /// The contacts of one pair of colliders.
@@ -182,9 +182,9 @@ class ContactFinder {
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
   std::vector<bool> has_motion_;
   std::vector<RigidMotion> moved_;  ///< by body, as they have moved
-  std::vector<bool> is_at_rest_;    ///< by body: it touches another, and no impact is why
-  std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
-  std::vector<bool> is_left_out_;   ///< by body: a contact of it was left out, for an impact comes first
+  std::vector<bool> is_at_rest_;    ///< by body: it touches another without an impact
+  std::vector<bool> is_deflected_;  ///< by body: it has moved otherwise than under gravity alone
+  std::vector<bool> is_left_out_;  ///< by body: an impact comes before one of its contacts, which is left out
   BroadPhase broad_phase_;
   BroadPhase::Pairs pairs_;
   BroadPhase::Pairs touching_;    ///< pairs with contacts, ascending
@@ -194,11 +194,11 @@ class ContactFinder {
   std::vector<Group> groups_;
   std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none
   std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
-  double approach_ = 0;     ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
-  bool separates_ = false;  ///< whether the last pair flies apart
+  double approach_ = 0;           ///< of the last pair, beyond the resting speed, if it is an impact, m/s
+  bool separates_ = false;        ///< the last pair separates
   double first_impact_ = std::numeric_limits<double>::infinity();
   double first_timed_impact_ = std::numeric_limits<double>::infinity();
-  std::vector<int> begins_;        ///< by collider: of what is remembered
+  std::vector<int> begins_;        ///< by collider a: of its points in State::contacts
   std::vector<int> patch_begins_;  ///< by collider a: of its patches in `patches_of_`
   std::vector<int> patches_of_;    ///< indices of State::patches
   std::vector<PatchShape> kept_;

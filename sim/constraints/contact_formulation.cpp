@@ -162,12 +162,12 @@ struct TurnedDirections {
                                                       const FourContacts& contact, const PointArms& arms,
                                                       const Direction (&tangent)[2], const Formulation& from,
                                                       FrictionRows& rows) {
-  const auto lets_go = keeps_sliding(rows) > all(0);
+  const auto is_released = keeps_sliding(rows) > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
     const Lanes distance = set_row(at, arms, tangent[k], row);
-    rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
+    rows.reference[k] = choose(is_released, -distance, rows.reference[k]);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
   }
   const RowResponses first = responses_of(x, rows.row[0]);
@@ -199,14 +199,14 @@ struct TurnedDirections {
     const RowResponses responses = responses_of(x, normal.row);
     for (int i = j; i < count; ++i) {
       const Lanes along = dot(rows.directions[i].normal, rows.directions[j].normal);
-      rows.couplings[i * count + j].share = rows.couplings[j * count + i].share =
+      rows.couplings[i * count + j].value = rows.couplings[j * count + i].value =
           coupling(at, along, rows.normals[i].row, responses);
     }
-    normal.effective_mass = inverse_or_zero(rows.couplings[j * count + j].share);
+    normal.effective_mass = inverse_or_zero(rows.couplings[j * count + j].value);
   }
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
-      if (j != i) rows.couplings[i * count + j].share *= rows.normals[i].effective_mass;
+      if (j != i) rows.couplings[i * count + j].value *= rows.normals[i].effective_mass;
     }
   }
 }
@@ -217,7 +217,7 @@ inline void leave_out(const ContactBatch& x, const PointRows& rows) {
     for (int i = x.count[lane]; i < x.contacts; ++i) {
       rows.normals[i].effective_mass[lane] = 0;
       for (int j = 0; j < x.contacts; ++j)
-        rows.couplings[i * x.contacts + j].share[lane] = rows.couplings[j * x.contacts + i].share[lane] = 0;
+        rows.couplings[i * x.contacts + j].value[lane] = rows.couplings[j * x.contacts + i].value[lane] = 0;
       if (!x.has_friction) continue;
       FrictionRows& friction = rows.frictions[i];
       friction.inverse_determinant[lane] = friction.inverse_largest[lane] = friction.slid[lane] = 0;

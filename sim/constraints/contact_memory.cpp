@@ -8,12 +8,12 @@
 namespace substep {
 namespace {
 
-/// Fraction of its displacement that a point keeps which has only begun to slide when the step ends. Measured
-/// on the wall, the pyramid of 210 and the card house for 3 s with ten sub-steps: with 0 they yield by 11.6,
-/// 64 and 4.4 mm, with 0.5 by 6.7, 28 and 2.1 mm, with 1 by 6.4, 110 and 2.1 mm.
+/// Fraction of the displacement that remains where a point has only begun to slide at the step's end.
+/// Measured on the wall, the pyramid of 210 and the card house for 3 s with ten sub-steps: with 0 they yield
+/// by 11.6, 64 and 4.4 mm, with 0.5 by 6.7, 28 and 2.1 mm, with 1 by 6.4, 110 and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
-/// Pose of a in b's frame at the step's end.
+/// The pose of a in b's frame at the step's end.
 struct RelativePose {
   RelativePose(const Coordinates& a, const Coordinates& b) {
     const Matrix3 to_b = b.angular.toRotationMatrix().transpose();
@@ -47,7 +47,7 @@ void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates&
 
 /// Sets PatchShape::force from the patch's impulses in the last sub-step.
 void set_force(const ContactBatches& contacts, const ContactBatch& x, int lane, PatchShape& shape) {
-  const GivenBefore& before = contacts.given_before;
+  const StartImpulses& before = contacts.start_impulses;
   const Patch& patch = contacts.patches[x.patch];
   for (int k = 0; k < 3; ++k) {
     shape.force[k] =
@@ -60,7 +60,7 @@ void set_force(const ContactBatches& contacts, const ContactBatch& x, int lane, 
 /// Stores the forces of a manifold's points in the last sub-step, by the contacts' positions in the cache.
 void remember_forces(const ContactBatches& contacts, const ContactBatch& x, int lane, const Contact* found,
                      const int* position_of, std::vector<ContactMemory>& memory) {
-  const GivenBefore& before = contacts.given_before;
+  const StartImpulses& before = contacts.start_impulses;
   for_each_row(
       contacts, x, x.count[lane], [&](int i, int k, const LaneVectors& /*direction*/, const ContactRow& row) {
         const Vector3* const along[3] = {&found[i].normal_b, &found[i].tangent_b1, &found[i].tangent_b2};
@@ -100,7 +100,7 @@ void give_patch(const ContactBatch& x, int lane, double scale, const Patch& patc
 void warm_start_patch(ContactBatches& contacts, const ContactBatch& x, int lane, double fraction,
                       double scale, std::vector<Velocity>& v) {
   Patch& patch = contacts.patches[x.patch];
-  auto& before = contacts.given_before.patches[x.patch];
+  auto& before = contacts.start_impulses.patches[x.patch];
   LaneVectors* const impulses[2] = {&patch.normal_impulse, &patch.impulse};
   Vector3 start[2];
   for (int part = 0; part < 2; ++part) {
@@ -157,11 +157,11 @@ void ContactBatches::sort_by_colliders(const std::vector<Contact>& found) {
   std::size_t moves = 8 * in_order_.size();
   for (std::size_t i = 1; i < in_order_.size(); ++i) {
     const int point = in_order_[i];
-    std::size_t place = i;
-    for (; place > 0 && moves > 0 && precedes(point, in_order_[place - 1]); --place, --moves) {
-      in_order_[place] = in_order_[place - 1];
+    std::size_t position = i;
+    for (; position > 0 && moves > 0 && precedes(point, in_order_[position - 1]); --position, --moves) {
+      in_order_[position] = in_order_[position - 1];
     }
-    in_order_[place] = point;
+    in_order_[position] = point;
     if (moves > 0) continue;
     std::ranges::sort(in_order_, precedes);
     break;
@@ -176,7 +176,7 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
   sort_by_colliders(found);
   memory.resize(found.size());
   for (ContactMemory& point : memory) point.collider_a = -1;
-  const bool is_warm = given_before.force_of_impulse > 0;
+  const bool is_warm = start_impulses.force_of_impulse > 0;
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       const Coordinates& a = q[x.a[lane]];
@@ -210,15 +210,15 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
         remember_forces(*this, x, lane, &found[x.source[lane]], &position_of_[x.source[lane]], memory);
     }
   }
-  // The points of patches are kept with them.
+  // Remove the points of patches, which the patches hold.
   std::erase_if(memory, [](const ContactMemory& point) { return point.collider_a < 0; });
   std::erase_if(shapes, [](const PatchShape& shape) { return shape.collider_a < 0; });
   patches_of_state.swap(shapes);
 }
 
-void set_given_before(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
-                      double scale) {
-  GivenBefore& before = contacts.given_before;
+void set_start_impulses(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
+                        double scale) {
+  StartImpulses& before = contacts.start_impulses;
   // Reserve the capacity of the rows: a step allocates nothing after the first.
   before.points.reserve(contacts.normals.capacity());
   before.patches.reserve(contacts.patches.capacity());
@@ -239,7 +239,7 @@ void set_given_before(ContactBatches& contacts, const std::vector<Contact>& foun
 }
 
 void warm_start(ContactBatches& contacts, double fraction, double scale, std::vector<Velocity>& v) {
-  GivenBefore& before = contacts.given_before;
+  StartImpulses& before = contacts.start_impulses;
   for (const ContactBatch& x : contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       if (x.patch >= 0) {

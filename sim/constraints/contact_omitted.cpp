@@ -190,8 +190,8 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
                                             double duration) {
   state_ = &state;
   const double fall = 1.5 * duration * duration * model_.gravity.norm();
-  is_off_.assign(end.size(), false);
-  bool any_off = false;
+  is_deflected_.assign(end.size(), false);
+  bool any_deflected = false;
   for (const Candidate& candidate : candidates_) {
     const int body = candidate.collider->body;
     if (!moves(model_.masses[body])) continue;
@@ -204,9 +204,9 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     const double off = (way - expected.displacement(duration)).norm() +
                        candidate.reach * (turn - duration * expected.spin).norm();
     if (off <= std::max(tolerated_overlap * candidate.size, fall) && !is_left_out_[body]) continue;
-    is_off_[body] = any_off = true;
+    is_deflected_[body] = any_deflected = true;
   }
-  if (!any_off) return std::nullopt;
+  if (!any_deflected) return std::nullopt;
   for (std::size_t body = 0; body < end.size(); ++body) {
     const Coordinates& q = state.q[body];
     moved_[body] = {
@@ -222,7 +222,7 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
   std::optional<double> first;
   for (const auto& pair : pairs_) {
     const auto [i, j] = pair;
-    if (!is_off_[body_of(i)] && !is_off_[body_of(j)]) continue;
+    if (!is_deflected_[body_of(i)] && !is_deflected_[body_of(j)]) continue;
     if (!may_meet(i, j)) continue;
     const double size = smaller_size(i, j);
     const MovingShape a = moved(i);

@@ -85,7 +85,7 @@ bool is_flat_surface(const Contact& contact) {
 
 /// A manifold's points in a patch's axes, and the means over them.
 struct PatchPoints {
-  std::array<Point, most_in_manifold> place{};
+  std::array<Point, most_in_manifold> position{};
   double gap[most_in_manifold];
   double mean_gap = 0;
   double mean_left = 0;
@@ -131,7 +131,7 @@ PatchPoints measure_points(const Contact* contacts, int count, const PatchShape&
     const Vector3 on_a = contact.arm_a - shape.arm_a;
     const double x = shape.axes_in_b.col(1).dot(on_b);
     const double y = shape.axes_in_b.col(2).dot(on_b);
-    points.place[i] = {x, y};
+    points.position[i] = {x, y};
     points.gap[i] = shape.axes_in_a.col(0).dot(on_a) - shape.axes_in_b.col(0).dot(on_b);
     points.mean_gap += points.gap[i] / count;
     points.mean_left += (contact.left_over + contact.gap_offset) / count;
@@ -151,20 +151,20 @@ bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, P
   double twist = 0;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
-    const Point& place = points.place[i];
+    const Point& position = points.position[i];
     for (int k = 0; k < 2; ++k) {
-      gap_moments[k] += place[k] * (points.gap[i] - points.mean_gap);
-      left_moments[k] += place[k] * (contact.left_over + contact.gap_offset - points.mean_left);
+      gap_moments[k] += position[k] * (points.gap[i] - points.mean_gap);
+      left_moments[k] += position[k] * (contact.left_over + contact.gap_offset - points.mean_left);
     }
-    twist += place[0] * (contact.displacement_2 - points.moved[1]) -
-             place[1] * (contact.displacement_1 - points.moved[0]);
+    twist += position[0] * (contact.displacement_2 - points.moved[1]) -
+             position[1] * (contact.displacement_1 - points.moved[0]);
   }
   const auto tilt = points.fit.slopes(gap_moments[0], gap_moments[1]);
   const auto left_tilt = points.fit.slopes(left_moments[0], left_moments[1]);
   for (int i = 0; i < count; ++i) {
-    const Point& place = points.place[i];
-    const double plane = points.mean_gap + points.mean_left + (tilt[0] + left_tilt[0]) * place[0] +
-                         (tilt[1] + left_tilt[1]) * place[1];
+    const Point& position = points.position[i];
+    const double plane = points.mean_gap + points.mean_left + (tilt[0] + left_tilt[0]) * position[0] +
+                         (tilt[1] + left_tilt[1]) * position[1];
     const double of_point = points.gap[i] + contacts[i].left_over + contacts[i].gap_offset;
     if (!(std::abs(of_point - plane) <= flatness * points.radius)) return false;
   }
@@ -183,7 +183,7 @@ bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, P
 void add_forces(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
   for (int i = 0; i < count; ++i) {
     const Vector3& force = contacts[i].force;
-    const auto [x, y] = points.place[i];
+    const auto [x, y] = points.position[i];
     const double wrench[6] = {force[0], y * force[0], -x * force[0],
                               force[1], force[2],     x * force[2] - y * force[1]};
     for (int k = 0; k < 6; ++k) shape.force[k] += wrench[k];
@@ -199,7 +199,7 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   const PatchPoints points = measure_points(contacts, count, shape);
   if (!fit_planes(contacts, count, points, shape)) return std::nullopt;
   add_forces(contacts, count, points, shape);
-  shape.corners = make_hull(count, collinear * points.radius, points.place, shape.corner);
+  shape.corners = make_hull(count, collinear * points.radius, points.position, shape.corner);
   if (shape.corners < 2) return std::nullopt;
   return shape;
 }

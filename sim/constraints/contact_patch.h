@@ -7,11 +7,12 @@
 /// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal. It
 /// holds inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points
 /// from their centre. A patch that slid already when the step began slides corner by corner: the friction of
-/// each is opposite to its slip, and its part of N is that of a pressure that varies linearly over the patch
-/// and has the centre that the wrench tells. One that begins to slide stays on the ellipsoid for the step.
+/// each corner is opposite to its slip, and its fraction of N is that of a pressure that varies linearly over
+/// the patch and has the wrench's centre of pressure. A patch that begins to slide remains on the ellipsoid
+/// for the step.
 ///
-/// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is one, too,
-/// but for its limits, which are a cone; it is solved exactly, without sweeps inside the block.
+/// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is such a
+/// block with a cone as its limits; it is solved exactly, without sweeps inside the block.
 
 #include <optional>
 
@@ -19,8 +20,8 @@
 
 namespace substep {
 
-/// Returns the shape of a manifold of `count` contacts that share their directions, or nothing where it is
-/// not flat: an impact, a surface that rolls, a point beside the plane of the others, no friction.
+/// Returns the shape of a manifold of `count` contacts with common directions. Returns nothing where the
+/// manifold has an impact, a surface that rolls, a point outside the plane of the others, or no friction.
 std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
                                       const Coordinates& b);
 
@@ -34,7 +35,7 @@ struct RelativeMotion {
   return {{dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)}};
 }
 
-/// Returns the vector that has these components.
+/// Returns the vector that has these components along the axes.
 [[gnu::always_inline]] inline LaneVectors composed(const LaneVectors (&axes)[3], const LaneVectors& of) {
   LaneVectors result;
   for (int k = 0; k < 3; ++k) {
@@ -58,12 +59,12 @@ struct RelativeMotion {
   return {linear + (cross(turn_a, patch.arm_a) - cross(turn_b, patch.arm_b)), turn_a - turn_b};
 }
 
-/// Returns the part of a motion that normals act on.
+/// Returns the components of a motion that normals act on.
 [[gnu::always_inline]] inline LaneVectors of_normals(const RelativeMotion& motion) {
   return {{motion.linear[0], motion.angular[1], motion.angular[2]}};
 }
 
-/// Returns the part of a motion that friction acts on.
+/// Returns the components of a motion that friction acts on.
 [[gnu::always_inline]] inline LaneVectors of_friction(const RelativeMotion& motion) {
   return {{motion.linear[1], motion.linear[2], motion.angular[0]}};
 }

@@ -74,15 +74,15 @@ struct ContactFinder::Pair {
   Quaternion to_a;
   Quaternion to_b;
   PairMaterial material;
-  Vector3 acceleration;           ///< by gravity, of a relative to b, m/s²
-  double at_rest;                 ///< velocity that gravity gives in a step: what is slower is at rest, m/s
-  double speed;                   ///< sum of both bodies' speeds and of gravity's in a step, m/s
-  double size;                    ///< of the smaller shape, m
-  double time;                    ///< until they meet, s
-  Vector3 way = Vector3::Zero();  ///< of a relative to b until then, m
+  Vector3 acceleration;            ///< by gravity, of a relative to b, m/s²
+  double at_rest;                  ///< velocity by gravity in a step, below which the pair is at rest, m/s
+  double speed;                    ///< sum of both bodies' speeds and of gravity's in a step, m/s
+  double size;                     ///< of the smaller shape, m
+  double time;                     ///< until they meet, s
+  Vector3 path = Vector3::Zero();  ///< of a relative to b until they meet, m
   std::span<const ContactMemory> remembered;
   const PatchShape* patch;               ///< of the step before, or null
-  Vector3 patch_slip = Vector3::Zero();  ///< of it
+  Vector3 patch_slip = Vector3::Zero();  ///< of `patch`: m, m, rad
 
   Vector3 velocity_at(const Vector3& arm_a, const Vector3& arm_b) const {
     return va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
@@ -115,7 +115,7 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
             .remembered = remembered_of(a, b),
             .patch = aligned_ ? nullptr : patch_of(a, b)};
   if (time > 0) {
-    pair.way = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
+    pair.path = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
     pair.body_a = motions_[on_a.body].at(time);
     pair.body_b = motions_[on_b.body].at(time);
   }
@@ -211,13 +211,13 @@ void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, con
   const Vector3 turning = pair.time * (pair.va.angular.cross(point.on_a - pair.body_a.position) -
                                        pair.vb.angular.cross(point.on_b - pair.body_b.position));
   contact.gap_offset = -point.normal.dot(turning);
-  const Vector3 apart = point.on_a - point.on_b - pair.way;
+  const Vector3 apart = point.on_a - point.on_b - pair.path;
   contact.displacement_1 = -(b * contact.tangent_b1).dot(apart);
   contact.displacement_2 = -(b * contact.tangent_b2).dot(apart);
 }
 
-/// Sets the cached data of a point that touches: the overlap that is left over, and the displacement of
-/// friction.
+/// Sets the cached data of a point that touches: the overlap that later steps recover, and the displacement
+/// of friction.
 void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double slip_speed,
                            Contact& contact) const {
   const double slip = duration_ * slip_speed;

@@ -27,9 +27,9 @@ constexpr int normal_sweeps = 8;
   }
 }
 
-/// Returns what the velocity of a point's row lacks: of its normal, k = 0, or a tangent. An impact is solved
-/// at once in its sub-step: κ < 1 would leave a part of it to later sub-steps, of which the step may have
-/// none.
+/// Returns the target velocity of a point's row less `velocity`: of the normal, k = 0, or a tangent. An
+/// impact is solved at once in its sub-step: κ < 1 would leave a fraction of the impact to later sub-steps,
+/// of which the step may have none.
 template <KernelKind kind>
 [[gnu::always_inline]] inline Lanes missing(const KernelData& at, int i, int k, const ContactRow& row,
                                             const Lanes& velocity) {
@@ -40,8 +40,8 @@ template <KernelKind kind>
 }
 
 /// Solves a manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses, from
-/// the change that each alone wants. `known`: their number where the compiler is to know it, so that a
-/// manifold stays in registers; else 0.
+/// the change that each alone would make. `known`: the number of normals where it is a compile-time constant,
+/// so that a manifold stays in registers; else 0.
 ///
 /// A sweep waits for one impulse after the other. Each row therefore subtracts the impulse just before it
 /// last, so that only a product, a difference and a comparison wait for it.
@@ -51,21 +51,21 @@ template <int known>
   if constexpr (known) count = known;
   for (int i = 0; i < count; ++i) {
     Lanes one = wanted[i];
-    for (int j = 0; j < i; ++j) one -= at.rows.couplings[i * count + j].share * change[j];
+    for (int j = 0; j < i; ++j) one -= at.rows.couplings[i * count + j].value * change[j];
     change[i] = larger(one, least[i]);
   }
   const int sweeps = count == 1 ? 1 : normal_sweeps;
   for (int sweep = 1; sweep < sweeps; ++sweep) {
     for (int i = 0; i < count; ++i) {
       Lanes one = wanted[i];
-      for (int j = i + 1; j < count; ++j) one -= at.rows.couplings[i * count + j].share * change[j];
-      for (int j = 0; j < i; ++j) one -= at.rows.couplings[i * count + j].share * change[j];
+      for (int j = i + 1; j < count; ++j) one -= at.rows.couplings[i * count + j].value * change[j];
+      for (int j = 0; j < i; ++j) one -= at.rows.couplings[i * count + j].value * change[j];
       change[i] = larger(one, least[i]);
     }
   }
 }
 
-/// Changes the i-th normal's impulse within its limit. Returns the change times the scale.
+/// Changes the i-th normal's impulse within the limit. Returns the change times the scale.
 template <KernelKind kind>
 [[gnu::always_inline]] inline Lanes take(const KernelData& at, int i, int count, const Lanes& change,
                                          Lanes& most) {
@@ -75,7 +75,7 @@ template <KernelKind kind>
   const Lanes given = total - before;
   normal.row.impulse = total;
   if (kind.any) {
-    most = larger(most, magnitude(given) * at.rows.couplings[i * count + i].share);
+    most = larger(most, magnitude(given) * at.rows.couplings[i * count + i].value);
   }
   return all(at.how.scale) * given;
 }

@@ -9,8 +9,8 @@
 namespace substep {
 namespace {
 
-/// Adds `share` of J̆ change to the biases of all rows.
-[[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double share,
+/// Adds `factor` · J̆ change to the biases of all rows.
+[[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double factor,
                                                        const std::vector<Velocity>& change) {
   for (const ContactBatch& x : contacts.batches) {
     const BodyVelocities a = gather(change, x.a);
@@ -19,7 +19,7 @@ namespace {
       for_each_row(
           contacts, x, x.contacts,
           [&](int, int, const LaneVectors& direction, ContactRow& row) __attribute__((always_inline)) {
-            row.beta += all(share) * row_velocity(direction, row, a, b);
+            row.beta += all(factor) * row_velocity(direction, row, a, b);
           });
       continue;
     }
@@ -28,8 +28,8 @@ namespace {
     const LaneVectors along_normals = of_normals(motion);
     const LaneVectors slip = of_friction(motion);
     for (int k = 0; k < 3; ++k) {
-      patch.normal_beta[k] += all(share) * along_normals[k];
-      patch.beta[k] += all(share) * slip[k];
+      patch.normal_beta[k] += all(factor) * along_normals[k];
+      patch.beta[k] += all(factor) * slip[k];
     }
   }
 }
@@ -44,31 +44,31 @@ namespace {
     const ContactBatch& x = contacts.batches[batch];
     const BodyVelocities a = gather(sum_v ? *sum_v : offset, x.a);
     const BodyVelocities b = gather(sum_v ? *sum_v : offset, x.b);
-    const Lanes share = all(sum_v ? 1 : 0);
+    const Lanes has_sum = all(sum_v ? 1 : 0);
     const BodyVelocities offset_a = gather(offset, x.a);
     const BodyVelocities offset_b = gather(offset, x.b);
     if (x.patch >= 0) {
       Patch& patch = contacts.patches[x.patch];
-      const auto lets_go = keeps_sliding(patch) > all(0);
+      const auto is_released = keeps_sliding(patch) > all(0);
       const LaneVectors given = of_friction(relative_motion(patch, a, b));
       const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
       for (int k = 0; k < 3; ++k) {
-        patch.reference[k] = choose(lets_go, -(all(hs) * displacement[k]), patch.reference[k]);
-        patch.beta[k] = choose(lets_go, share * given[k], patch.beta[k]);
+        patch.reference[k] = choose(is_released, -(all(hs) * displacement[k]), patch.reference[k]);
+        patch.beta[k] = choose(is_released, has_sum * given[k], patch.beta[k]);
       }
       continue;
     }
     const PointRows rows = contacts.points_of(x);
     for (int i = 0; i < x.contacts; ++i) {
       FrictionRows& friction = rows.frictions[i];
-      const auto lets_go = keeps_sliding(friction) > all(0);
-      if (!any(lets_go)) continue;
+      const auto is_released = keeps_sliding(friction) > all(0);
+      if (!any(is_released)) continue;
       for (int k = 0; k < 2; ++k) {
         const LaneVectors& tangent = rows.directions[i].tangent[k];
         ContactRow& row = friction.row[k];
         const Lanes displacement = all(hs) * row_velocity(tangent, row, offset_a, offset_b);
-        friction.reference[k] = choose(lets_go, -displacement, friction.reference[k]);
-        row.beta = choose(lets_go, share * row_velocity(tangent, row, a, b), row.beta);
+        friction.reference[k] = choose(is_released, -displacement, friction.reference[k]);
+        row.beta = choose(is_released, has_sum * row_velocity(tangent, row, a, b), row.beta);
       }
     }
   }
@@ -87,9 +87,9 @@ namespace {
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
-/// Returns a mask of the contacts that had an impact in the sub-step before. Its impulse stays, but not its
-/// velocity: to hold that for the rest of the step, while other contacts pass it on, feeds energy into
-/// Newton's cradle.
+/// Returns a mask of the contacts that had an impact in the sub-step before. The impulse of an impact
+/// remains, but its velocity is no longer required: in Newton's cradle other contacts pass it on, and to
+/// restore it would add energy.
 [[gnu::always_inline]] inline auto had_impact(const RestitutionRow& row) {
   return row.impact * (row.coefficient + all(1) - row.closes) > all(0);
 }
@@ -135,7 +135,7 @@ template <typename Mask>
     NormalRow& normal = rows.normals[i];
     RestitutionRow& row = rows.restitutions[i];
     const ContactDirections& along = rows.directions[i];
-    // Spend the friction of an impact that is over: nothing presses any more.
+    // Limit friction anew after an impact: the normal force of the impact is over.
     if (x.has_friction) move_origin(had_impact(row), normal.row.impulse, rows.frictions[i]);
     const Lanes approach = -row_velocity(along.normal, normal.row, a, b);
     const Lanes gap = row.gap + all(hs) * row_velocity(along.normal, normal.row, offset_a, offset_b);
@@ -152,11 +152,11 @@ template <typename Mask>
 
 /// Moves the origin of a sliding patch's friction to its impulses.
 [[gnu::always_inline]] inline void move_origin(Patch& patch, std::span<PatchCorner> corners) {
-  const auto lets_go = keeps_sliding(patch) > all(0);
-  for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
-  patch.origin_normal = choose(lets_go, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
+  const auto is_released = keeps_sliding(patch) > all(0);
+  for (int k = 0; k < 3; ++k) patch.origin[k] = choose(is_released, patch.impulse[k], patch.origin[k]);
+  patch.origin_normal = choose(is_released, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
   for (PatchCorner& corner : corners) {
-    for (Lanes& friction : corner.friction) friction = choose(lets_go, all(0), friction);
+    for (Lanes& friction : corner.friction) friction = choose(is_released, all(0), friction);
   }
 }
 
@@ -202,8 +202,8 @@ void box_biases(ContactBatches& contacts, const Stabilization& by) {
   }
 }
 
-void add_to_biases(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
-  run_wide([&]() __attribute__((always_inline)) { add_to_biases_lanes(contacts, share, change); });
+void add_to_biases(ContactBatches& contacts, double factor, const std::vector<Velocity>& change) {
+  run_wide([&]() __attribute__((always_inline)) { add_to_biases_lanes(contacts, factor, change); });
 }
 
 void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,

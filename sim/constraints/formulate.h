@@ -26,7 +26,7 @@ struct Substeps {
 
 /// The warm start of (sub-)steps of A2 to A5; the report has none.
 struct WarmStart {
-  double fraction = 0;     ///< of the last (sub-)step's impulses that the next starts from; 0: λ = 0
+  double fraction = 0;     ///< the next (sub-)step starts from this fraction of the last impulses; 0: λ = 0
   double joint_scale = 1;  ///< factor of joints' impulses relative to A5's λ□: κ
   double contact_scale = 1;
 };
@@ -55,15 +55,15 @@ void build_contacts(Problem& problem, const std::vector<Coordinates>& q = {});
 /// Returns the value of a joint's coordinate, m or rad.
 double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q);
 
-/// Returns the energy of springs, J: of soft limits beyond their bounds, and of drives off their targets,
-/// without limits of force. Drives in mode 'acceleration' do not count.
+/// Returns the energy of springs, J: of soft limits beyond their bounds and of drives away from their
+/// targets, as if no drive had a largest force. Drives in mode 'acceleration' do not count.
 double energy_of_springs(const Model& model, const std::vector<Coordinates>& q);
 
 /// s2: computes J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
 void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
 
 /// Coordinates of a block's two bodies, with rotations as matrices too.
-struct Placed {
+struct BlockCoordinates {
   const Coordinates& a;
   const Coordinates& b;
   const Matrix3& rotation_a;
@@ -71,7 +71,7 @@ struct Placed {
 };
 
 /// Computes J, β and M⁻¹Jᵀ of a block's rows.
-void formulate_block(Problem& problem, Block& x, const Placed& at, double hs);
+void formulate_block(Problem& problem, Block& x, const BlockCoordinates& at, double hs);
 
 /// Recomputes J̆_x, and in A3 β_x, of a stable block from the coordinates to which `v_hat` leads. Does
 /// nothing to other blocks. `sum_v`: A5's sum of velocities, which `v_hat` includes, else null.
@@ -88,7 +88,7 @@ void add_external(Problem& problem, double duration, std::vector<Velocity>& v_lo
 /// momentum.
 void carry_momenta(const Problem& problem, double duration, std::vector<Velocity>& v_local);
 
-/// Does the same to world velocities `v`, with which the coordinates were stepped to `q`.
+/// Carries momenta as above for world velocities `v`, with which the coordinates were stepped to `q`.
 void carry_momenta(const Problem& problem, double duration, const std::vector<Coordinates>& q,
                    std::vector<Velocity>& v);
 
@@ -124,7 +124,7 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
 /// velocities that include ext. Contacts come last, by points: a normal, then its two rows of friction.
 void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp);
 
-/// Sets the rows' impulses from the solution of make_mlcp()'s problem.
+/// Sets the rows' impulses from the solution `lambda` of make_mlcp()'s problem.
 void keep_impulses(const std::vector<double>& lambda, Constraints& c);
 
 /// Applies v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.

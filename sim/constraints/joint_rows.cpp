@@ -60,7 +60,7 @@ struct Frames {
   Matrix3 axes_b;
 };
 
-Frames frames_of(const Attachment& attachment, const Placed& at) {
+Frames frames_of(const Attachment& attachment, const BlockCoordinates& at) {
   Frames f;
   f.arm_a = at.rotation_a * attachment.frame_a.position;
   f.arm_b = at.rotation_b * attachment.frame_b.position;
@@ -142,8 +142,8 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
 }
 
 /// Sets the row of ± a coordinate's rate.
-void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
-             double beta, Row& row) {
+void set_row(const Problem& problem, const Block& x, const BlockCoordinates& at, const Measured& m,
+             double sign, double beta, Row& row) {
   set_rigid(beta, sign * m.linear, row);
   set_angular(problem, x, at.rotation_a.transpose() * (sign * m.angular_a),
               at.rotation_b.transpose() * (sign * m.angular_b), row);
@@ -156,7 +156,7 @@ void soften(double softness, Row& row) {
 }
 
 /// Formulates a lock of the frames' origins, along the world's axes, which rotate with neither body.
-void formulate_point(Problem& problem, const Block& x, const Placed& at, double hs) {
+void formulate_point(Problem& problem, const Block& x, const BlockCoordinates& at, double hs) {
   const Attachment& attachment = problem.model->locks[x.source].at;
   const Vector3& arm_a = attachment.frame_a.position;
   const Vector3& arm_b = attachment.frame_b.position;
@@ -170,7 +170,7 @@ void formulate_point(Problem& problem, const Block& x, const Placed& at, double 
   }
 }
 
-void formulate_lock(Problem& problem, const Block& x, const Placed& at, double hs) {
+void formulate_lock(Problem& problem, const Block& x, const BlockCoordinates& at, double hs) {
   const Lock& lock = problem.model->locks[x.source];
   if (lock.kind == Lock::Kind::point) {
     formulate_point(problem, x, at, hs);
@@ -213,7 +213,7 @@ void take_part_of_gap(Problem& problem, Block& x) {
   for (Row& row : problem.c.rows_of(x)) row.beta *= problem.substeps.part;
 }
 
-void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
+void formulate_limit(Problem& problem, Block& x, const BlockCoordinates& at, double hs) {
   const Limit& limit = problem.model->limits[x.source];
   const Measured m = measure(limit.coordinate, frames_of(limit.at, at));
   const bool two_sided = limit.side == Limit::Side::both;
@@ -237,7 +237,7 @@ void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   }
 }
 
-void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
+void formulate_drive(Problem& problem, Block& x, const BlockCoordinates& at, double hs) {
   const Drive& drive = problem.model->drives[x.source];
   const Measured m = measure(drive.coordinate, frames_of(drive.at, at));
   // The force at the step's end: λ = hs (stiffness (target − x − hs Jv') + damping (target' − Jv')).
@@ -300,7 +300,7 @@ double energy_of_springs(const Model& model, const std::vector<Coordinates>& q) 
   return energy;
 }
 
-void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
+void formulate_block(Problem& problem, Block& x, const BlockCoordinates& at, double hs) {
   switch (x.kind) {
     case Block::Kind::lock:
       formulate_lock(problem, x, at, hs);

@@ -32,7 +32,7 @@ class MlcpWriter {
 
   /// Adds the rows of a lane's manifold, point by point: the normal, then its friction.
   void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane) {
-    const GivenBefore& before = contacts.given_before;
+    const StartImpulses& before = contacts.start_impulses;
     const bool is_warm = before.points.size() == contacts.normals.size();
     int normal = 0;
     for_each_row(contacts, x, x.count[lane],
@@ -83,7 +83,7 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
     out.low = row.low;
     out.high = row.high;
     out.softness = row.softness;
-    if (!problem.c.given_before.empty()) out.start = problem.c.given_before[x.first];
+    if (!problem.c.last_step_impulses.empty()) out.start = problem.c.last_step_impulses[x.first];
   }
   for (const ContactBatch& x : problem.c.contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) writer.add_manifold(problem.c.contacts, x, lane);
@@ -98,7 +98,7 @@ void keep_impulses(const std::vector<double>& lambda, Constraints& c) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       for_each_row(contacts, x, x.count[lane], [&](int i, int k, const LaneVectors&, ContactRow& row) {
         row.impulse[lane] = lambda[next++];
-        contacts.given_before.points[x.first_point + i][k][lane] = 0;
+        contacts.start_impulses.points[x.first_point + i][k][lane] = 0;
       });
     }
   }

@@ -24,10 +24,10 @@ struct FourShapes {
   }
 };
 
-/// Γ of a patch: the change of the velocity at its centre by an impulsive wrench there.
+/// Γ of a patch: the change of the velocity at the patch's centre by an impulsive wrench there.
 struct PatchGamma {
   Lanes linear_by_force[9];
-  Lanes linear_by_torque[9];  ///< its transpose is turning by a force
+  Lanes linear_by_torque[9];  ///< its transpose: turning by force
   Lanes turning_by_torque[9];
 };
 
@@ -146,8 +146,8 @@ struct PatchGamma {
     PatchCorner& corner = corners[i];
     const Lanes here[2] = {corner_at(i, 0), corner_at(i, 1)};
     const Lanes along[2] = {next(i, 0) - here[0], next(i, 1) - here[1]};
-    corner.place[0] = here[0];
-    corner.place[1] = here[1];
+    corner.position[0] = here[0];
+    corner.position[1] = here[1];
     // Set the plane through the edge; the length of its normal does not matter.
     corner.plane = {{along[1] * here[0] - along[0] * here[1], along[0], along[1]}};
     // Bound a line at its end: the centre of pressure is on the side of the other end.
@@ -162,7 +162,7 @@ struct PatchGamma {
       corner.plane[k] = choose(is_beyond, k == 0 ? squared_radius : all(0), corner.plane[k]);
     const LaneVectors back = symmetric_product(patch.normal_inverse, corner.plane);
     const Lanes scale = inverse_or_zero(dot(corner.plane, back));
-    const LaneVectors ray{{all(1), corner.place[1], -corner.place[0]}};
+    const LaneVectors ray{{all(1), corner.position[1], -corner.position[0]}};
     const LaneVectors response = symmetric_product(patch.normal_gamma, ray);
     corner.gamma = dot(ray, response);
     const Lanes inverse_gamma = inverse_or_zero(corner.gamma);

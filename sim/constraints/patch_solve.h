@@ -8,8 +8,8 @@
 
 namespace substep {
 
-/// Moves wrenches that are outside of the cone of their patch to the nearest in it, in the metric of Γ: on
-/// one of its planes, else on one of its rays, else to 0.
+/// Moves wrenches outside of their patch's cone to the nearest wrench in the cone, in the metric of Γ: on a
+/// plane, else on a ray, else to 0.
 template <int known>
 [[gnu::always_inline]] inline void move_into_cone(int count, const PatchCorner* corners,
                                                   LaneVectors& wrench) {
@@ -48,16 +48,16 @@ template <int known>
       const auto is_better = gain > most;
       most = choose(is_better, gain, most);
       on_ray[0] = choose(is_better, size, on_ray[0]);
-      on_ray[1] = choose(is_better, size * corner.place[1], on_ray[1]);
-      on_ray[2] = choose(is_better, -(size * corner.place[0]), on_ray[2]);
+      on_ray[1] = choose(is_better, size * corner.position[1], on_ray[1]);
+      on_ray[2] = choose(is_better, -(size * corner.position[0]), on_ray[2]);
     }
     nearest = choose(open, on_ray, nearest);
   }
   wrench = nearest;
 }
 
-/// Solves the normals of a patch: the wrench in the cone that gives the velocities of β, or as near to them
-/// as it can. Returns what the wrench changed by, times the scale.
+/// Solves the normals of a patch for the wrench in the cone that gives the velocities of β, or the nearest to
+/// them. Returns the change of the wrench times the scale.
 template <KernelKind kind, int known>
 [[gnu::always_inline]] inline LaneVectors solve_patch_normals(const KernelData& at,
                                                               const PatchCorner* corners,
@@ -79,32 +79,32 @@ template <KernelKind kind, int known>
   return given;
 }
 
-/// Shares of a patch's normal force at its corners.
-struct CornerShares {
+/// Fractions of a patch's normal force at its corners.
+struct CornerFractions {
   Lanes of[most_corners];
 };
 
-/// Returns the shares that have the normals' centre of pressure and vary linearly between the corners. A
-/// corner bears no negative share.
+/// Returns the fractions that have the normals' centre of pressure and vary linearly between the corners. No
+/// fraction is negative.
 template <int known>
-[[gnu::always_inline]] inline CornerShares corner_shares(int count, const PatchCorner* corners,
-                                                         const Patch& patch, const Lanes& normal) {
+[[gnu::always_inline]] inline CornerFractions corner_fractions(int count, const PatchCorner* corners,
+                                                               const Patch& patch, const Lanes& normal) {
   if constexpr (known) count = known;
   const Lanes zero = all(0);
   const Lanes equal = all(1) / patch.corners;
-  // Sum up the corners' moments about their centre; what repeats a corner does not count.
+  // Sum the corners' moments about their centre, without repeated corners.
   Lanes counts[most_corners];
   Lanes centre[2] = {zero, zero};
   for (int i = 0; i < count; ++i) {
     counts[i] = choose(patch.corners > all(i), all(1), zero);
-    for (int k = 0; k < 2; ++k) centre[k] += counts[i] * equal * corners[i].place[k];
+    for (int k = 0; k < 2; ++k) centre[k] += counts[i] * equal * corners[i].position[k];
   }
   Lanes xx = zero;
   Lanes xy = zero;
   Lanes yy = zero;
   for (int i = 0; i < count; ++i) {
-    const Lanes x = corners[i].place[0] - centre[0];
-    const Lanes y = corners[i].place[1] - centre[1];
+    const Lanes x = corners[i].position[0] - centre[0];
+    const Lanes y = corners[i].position[1] - centre[1];
     xx += counts[i] * x * x;
     xy += counts[i] * x * y;
     yy += counts[i] * y * y;
@@ -119,66 +119,69 @@ template <int known>
   const Lanes determinant = xx * yy - xy * xy;
   const Lanes by_x = (yy * x - xy * y) / determinant;
   const Lanes by_y = (xx * y - xy * x) / determinant;
-  CornerShares shares;
+  CornerFractions fractions;
   Lanes sum = zero;
   for (int i = 0; i < count; ++i) {
-    const Lanes share =
-        equal + by_x * (corners[i].place[0] - centre[0]) + by_y * (corners[i].place[1] - centre[1]);
-    shares.of[i] = counts[i] * larger(share, zero);
-    sum += shares.of[i];
+    const Lanes fraction =
+        equal + by_x * (corners[i].position[0] - centre[0]) + by_y * (corners[i].position[1] - centre[1]);
+    fractions.of[i] = counts[i] * larger(fraction, zero);
+    sum += fractions.of[i];
   }
-  for (int i = 0; i < count; ++i) shares.of[i] = shares.of[i] / sum;
-  return shares;
+  for (int i = 0; i < count; ++i) fractions.of[i] = fractions.of[i] / sum;
+  return fractions;
 }
 
-/// Sets the corners' friction to forces that add up to a wrench, where a patch has not slid: shares of its
-/// force, and of its torque about the centre of pressure.
+/// Sets the corners' friction to forces that add up to a wrench, where a patch has not slid: by fractions of
+/// the wrench's force and of its torque about the centre of pressure.
 template <int known>
-[[gnu::always_inline]] inline void share_friction(int count, PatchCorner* corners, const CornerShares& shares,
-                                                  const Lanes& slid, const LaneVectors& wrench) {
+[[gnu::always_inline]] inline void distribute_friction(int count, PatchCorner* corners,
+                                                       const CornerFractions& fractions, const Lanes& slid,
+                                                       const LaneVectors& wrench) {
   if constexpr (known) count = known;
   const Lanes zero = all(0);
   Lanes centre[2] = {zero, zero};
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < 2; ++k) centre[k] += shares.of[i] * corners[i].place[k];
+    for (int k = 0; k < 2; ++k) centre[k] += fractions.of[i] * corners[i].position[k];
   }
   Lanes moment = zero;
   for (int i = 0; i < count; ++i) {
-    const Lanes x = corners[i].place[0] - centre[0];
-    const Lanes y = corners[i].place[1] - centre[1];
-    moment += shares.of[i] * (x * x + y * y);
+    const Lanes x = corners[i].position[0] - centre[0];
+    const Lanes y = corners[i].position[1] - centre[1];
+    moment += fractions.of[i] * (x * x + y * y);
   }
   const Lanes torque = wrench[2] - (centre[0] * wrench[1] - centre[1] * wrench[0]);
   const Lanes twist = choose(moment > zero, torque / moment, zero);
   for (int i = 0; i < count; ++i) {
-    const Lanes force[2] = {shares.of[i] * (wrench[0] - twist * (corners[i].place[1] - centre[1])),
-                            shares.of[i] * (wrench[1] + twist * (corners[i].place[0] - centre[0]))};
+    const Lanes force[2] = {fractions.of[i] * (wrench[0] - twist * (corners[i].position[1] - centre[1])),
+                            fractions.of[i] * (wrench[1] + twist * (corners[i].position[0] - centre[0]))};
     for (int k = 0; k < 2; ++k) {
       corners[i].friction[k] = choose(slid > zero, corners[i].friction[k], force[k]);
     }
   }
 }
 
-/// Returns the friction of a patch that slides, with a force of `limit` in all: that of each corner is
-/// opposite to its slip. `missing`: what the slip lacks, along the tangents and of the twist.
+/// Returns the friction of a patch that slides, a force of `limit` in all. The force at each corner is
+/// opposite to the corner's slip. `missing`: target velocity less the slip, along the tangents and of the
+/// twist.
 template <int known>
 [[gnu::always_inline]] inline LaneVectors sliding_friction(int count, PatchCorner* corners,
-                                                           const Patch& patch, const CornerShares& shares,
+                                                           const Patch& patch,
+                                                           const CornerFractions& fractions,
                                                            const Lanes& limit, const LaneVectors& missing) {
   if constexpr (known) count = known;
-  // Bound Γ of all corners' forces. What nothing turns has no twist.
+  // Bound Γ of all corners' forces. Two bodies that cannot turn have no twist.
   const Lanes radius = all(1) / patch.inverse_radius;
   const Lanes of_twist = choose(patch.inverse_twist > all(0), radius * radius / patch.inverse_twist, all(0));
   const Lanes gamma = patch.corners * larger(all(1) / patch.inverse_largest, of_twist);
   LaneVectors friction{{all(0), all(0), all(0)}};
   for (int i = 0; i < count; ++i) {
     PatchCorner& corner = corners[i];
-    const Lanes& x = corner.place[0];
-    const Lanes& y = corner.place[1];
+    const Lanes& x = corner.position[0];
+    const Lanes& y = corner.position[1];
     const Lanes along[2] = {gamma * corner.friction[0] + (missing[0] - missing[2] * y),
                             gamma * corner.friction[1] + (missing[1] + missing[2] * x)};
     const Lanes length = root(along[0] * along[0] + along[1] * along[1]);
-    const Lanes factor = choose(length > all(0), shares.of[i] * limit / length, all(0));
+    const Lanes factor = choose(length > all(0), fractions.of[i] * limit / length, all(0));
     for (int k = 0; k < 2; ++k) corner.friction[k] = factor * along[k];
     friction[0] += corner.friction[0];
     friction[1] += corner.friction[1];
@@ -187,8 +190,8 @@ template <int known>
   return friction;
 }
 
-/// Returns the friction of a patch that begins to slide: the projection on the ellipsoid of
-/// λ + (what velocity is missing)/γ.
+/// Returns the friction of a patch that begins to slide: the projection of λ + (missing velocity)/γ on the
+/// ellipsoid.
 [[gnu::always_inline]] inline LaneVectors begun_slide(const Patch& patch, const Lanes& limit,
                                                       const LaneVectors& before, const LaneVectors& missing) {
   const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
@@ -200,17 +203,18 @@ template <int known>
   return factor * target;
 }
 
-/// Returns the friction of a patch that goes on sliding, corner by corner. It stops what it brakes, and does
-/// not drive it back.
+/// Returns the friction of a patch that continues to slide, corner by corner. Friction brakes the slip to
+/// zero at most, and does not reverse it.
 template <int known>
 [[gnu::always_inline]] inline LaneVectors kept_slide(const KernelData& at, PatchCorner* corners,
                                                      const Patch& patch, const Lanes& slid,
                                                      const Lanes& limit, const LaneVectors& before,
                                                      const LaneVectors& missing) {
   const Lanes normal = larger(patch.normal_impulse[0], all(0));
-  const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
-  share_friction<known>(at.x.corners, corners, shares, slid, before);
-  const LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, limit, missing);
+  const CornerFractions fractions = corner_fractions<known>(at.x.corners, corners, patch, normal);
+  distribute_friction<known>(at.x.corners, corners, fractions, slid, before);
+  const LaneVectors sliding =
+      sliding_friction<known>(at.x.corners, corners, patch, fractions, limit, missing);
   const LaneVectors response = symmetric_product(patch.gamma, sliding);
   const Lanes stopping = dot(sliding, missing) + dot(response, before);
   const Lanes full = dot(sliding, response);
@@ -218,9 +222,9 @@ template <int known>
   return part * sliding;
 }
 
-/// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
-/// else it slides, and from the second step on by Coulomb's law at the corners. Returns what its impulses
-/// changed by, times the scale.
+/// Solves the friction of a patch, two tangents and the twist as one block. The patch holds inside of an
+/// ellipsoid, else it slides, from the second step on by Coulomb's law at the corners. Returns the change of
+/// the impulses times the scale.
 template <KernelKind kind, int known>
 [[gnu::always_inline]] inline LaneVectors solve_patch_friction(const KernelData& at, PatchCorner* corners,
                                                                const LaneVectors& slip,
@@ -247,9 +251,9 @@ template <KernelKind kind, int known>
   patch.slides = choose(slides, all(1), all(0));
   if (any(slides)) [[unlikely]] {
     total = choose(slides, begun_slide(patch, limit, before, missing), total);
-    const auto goes_on = slides & (patch.slid > all(0));
-    if (any(goes_on)) {
-      total = choose(goes_on, kept_slide<known>(at, corners, patch, slid, limit, before, missing), total);
+    const auto continues = slides & (patch.slid > all(0));
+    if (any(continues)) {
+      total = choose(continues, kept_slide<known>(at, corners, patch, slid, limit, before, missing), total);
     }
   }
   const LaneVectors given = all(at.how.scale) * (total - before);
@@ -260,7 +264,7 @@ template <KernelKind kind, int known>
   return given;
 }
 
-/// Solves four patches. Returns whether any goes on sliding.
+/// Solves four patches. Returns true if any continues to slide.
 template <KernelKind kind, int known>
 [[gnu::always_inline]] inline bool solve_patch(const KernelData& at, PatchCorner* corners, Patch& patch,
                                                std::vector<Velocity>& v, double* moved) {

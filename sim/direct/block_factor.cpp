@@ -7,7 +7,8 @@
 namespace substep {
 namespace {
 
-/// Inverts a symmetric positive matrix by its factors. False where a pivot is at most `least` of `whole`.
+/// Inverts a symmetric positive matrix by its factors. Returns false where a pivot is at most `least` times
+/// its element of `whole`.
 bool invert(const Matrix3& matrix, const Vector3& whole, double least, Matrix3& inverse) {
   const double d0 = matrix(0, 0);
   if (!(d0 > least * whole[0])) return false;
@@ -33,7 +34,7 @@ bool invert(const Matrix3& matrix, const Vector3& whole, double least, Matrix3& 
   return true;
 }
 
-/// Returns the places in the order of elimination, by index.
+/// Returns the positions in the order of elimination, by index.
 std::vector<int> order_of(int count, const std::vector<std::pair<int, int>>& pairs) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i < count; ++i) entries.emplace_back(i, i, 1);
@@ -45,22 +46,22 @@ std::vector<int> order_of(int count, const std::vector<std::pair<int, int>>& pai
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
   Eigen::AMDOrdering<int>()(pattern, order);
-  std::vector<int> places(count);
-  for (int place = 0; place < count; ++place) places[order.indices()[place]] = place;
-  return places;
+  std::vector<int> positions(count);
+  for (int position = 0; position < count; ++position) positions[order.indices()[position]] = position;
+  return positions;
 }
 
 }  // namespace
 
 void BlockFactor::analyse(int count, const std::vector<std::pair<int, int>>& pairs) {
-  place_ = order_of(count, pairs);
+  position_ = order_of(count, pairs);
   index_.resize(count);
-  for (int i = 0; i < count; ++i) index_[place_[i]] = i;
+  for (int i = 0; i < count; ++i) index_[position_[i]] = i;
 
   // The rows of a column are those of the matrix and of the columns whose first row it is.
   std::vector<std::vector<int>> rows(count);
   for (const auto& [a, b] : pairs) {
-    const auto [early, late] = std::minmax(place_[a], place_[b]);
+    const auto [early, late] = std::minmax(position_[a], position_[b]);
     rows[early].push_back(late);
   }
   begin_.assign(1, 0);
@@ -81,15 +82,15 @@ void BlockFactor::analyse(int count, const std::vector<std::pair<int, int>>& pai
   edge_of_pair_.clear();
   is_transposed_.clear();
   for (const auto& [a, b] : pairs) {
-    edge_of_pair_.push_back(edge_of(std::min(place_[a], place_[b]), std::max(place_[a], place_[b])));
-    is_transposed_.push_back(place_[a] < place_[b] ? 1 : 0);
+    edge_of_pair_.push_back(
+        edge_of(std::min(position_[a], position_[b]), std::max(position_[a], position_[b])));
+    is_transposed_.push_back(position_[a] < position_[b] ? 1 : 0);
   }
   targets_.clear();
   std::size_t widest = 0;
   for (int p = 0; p < count; ++p) {
     widest = std::max(widest, static_cast<std::size_t>(begin_[p + 1] - begin_[p]));
     for (int i = begin_[p]; i < begin_[p + 1]; ++i) {
-      // Both lists ascend: the rows of column row_[j] that are rows of p, too, are found in one pass
       for (int j = begin_[p]; j < i; ++j) targets_.push_back(edge_of(row_[j], row_[i]));
     }
   }

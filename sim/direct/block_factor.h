@@ -19,31 +19,32 @@ class BlockFactor {
 
   /// Sets all blocks to zero.
   void clear();
-  Matrix3& diagonal(int i) { return diagonal_[place_[i]]; }
-  /// The block of the kth pair. It is that of (column, row) where `is_transposed(k)`.
+  Matrix3& diagonal(int i) { return diagonal_[position_[i]]; }
+  /// Returns the block of the kth pair, which is the block of (column, row) where `is_transposed(k)`.
   Matrix3& block(int k) { return lower_[edge_of_pair_[k]]; }
   bool is_transposed(int k) const { return is_transposed_[k]; }
 
-  /// Factors what was set. False where a pivot is not above `least` times its element of the diagonal.
+  /// Factors the blocks that were set. Returns false where a pivot is not above `least` times its element of
+  /// the diagonal.
   bool factor(double least);
 
   /// Solves for `x`, in place, by index.
   void solve(std::vector<Vector3>& x);
 
  private:
-  std::vector<int> place_;  ///< of an index in the order of elimination
-  std::vector<int> index_;  ///< of a place
-  /// By place: the later places with which it has a block, ascending; a block's number is its edge's.
+  std::vector<int> position_;  ///< of an index in the order of elimination
+  std::vector<int> index_;     ///< at a position
+  /// By position: the later positions with which it has a block, ascending; a block has its edge's number.
   std::vector<int> begin_;
   std::vector<int> row_;
   std::vector<int> edge_of_pair_;
   std::vector<char> is_transposed_;
-  /// By place, and pair of its edges: the block that their product changes, −1 − place on the diagonal.
+  /// By position, and pair of its edges: the block that the product of the two edges changes.
   std::vector<int> targets_;
   std::vector<Matrix3> diagonal_;
   std::vector<Matrix3> inverse_;
   std::vector<Matrix3> lower_;
-  std::vector<Matrix3> column_;  ///< of the place that is being eliminated, before it is scaled
+  std::vector<Matrix3> column_;  ///< of the position that is being eliminated, before the column is scaled
   std::vector<Vector3> right_;
 };
 

@@ -20,7 +20,7 @@ class JointSolver {
   /// not converge.
   bool solve(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
-  /// Gᵀλ of the last solution, by body.
+  /// Returns Gᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const { return y_; }
 
  private:
@@ -85,10 +85,10 @@ class JointSolver {
 /// connect, directly or through others. Islands at rest thus need not take the active sets of moving ones.
 class DirectSolver {
  public:
-  /// Reports the worst island's residual, status and active sets.
+  /// Solves the problem, and reports the worst island's residual, status and active sets.
   MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
 
-  /// Gᵀλ = M^(−1/2)Jᵀλ of the last solution, by body.
+  /// Returns Gᵀλ = M^(−1/2)Jᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const { return impulses_; }
 
  private:

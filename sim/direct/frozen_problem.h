@@ -49,7 +49,7 @@ std::string to_siconos_text(const FrozenProblem& problem);
 /// Distance of impulses from a solution, by formulas that no solver here uses.
 struct ConeError {
   /// |λ − P(λ − u − μ |u_t| n)|, P the projection on the cone of friction (of other rows: on their limits), over
-  /// the largest of |q|, |λ| and |u|: what Siconos compares with its tolerance.
+  /// the largest of |q|, |λ| and |u|, the value that Siconos compares with its tolerance.
   double natural_map = 0;
   double complementarity = 0;  ///< largest |λ · (u + μ |u_t| n)| of a contact, over the same squared
 };

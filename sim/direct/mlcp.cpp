@@ -31,7 +31,7 @@ void MlcpSolver::prepare() {
   gamma_.resize(count);
   w_.resize(count);
   natural_.resize(count);
-  set_.assign(count, Set::off);
+  set_.assign(count, Set::inactive);
   slip_.assign(count, Slip{});
   pair_.assign(count, Pair::none);
   y_.assign(problem_->bodies, Vector6::Zero());
@@ -212,7 +212,7 @@ void MlcpSolver::try_methods() {
     guess();
     is_redundant = solve_active_sets(Start::impulses);
     lambda_ = zero;
-    set_.assign(rows().size(), Set::off);
+    set_.assign(rows().size(), Set::inactive);
   }
   if (!is_redundant && !is_solved())
     is_redundant = solve_active_sets(is_limited_ ? Start::perhaps_free : Start::impulses);

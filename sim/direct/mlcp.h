@@ -118,20 +118,20 @@ class MlcpSolver {
   static constexpr double accurate = 1e-12;
   /// Residual at which problems with limits end as soon as a set is no better.
   static constexpr double nearly_accurate = 1e-11;
-  /// Rows' combinations r, scaled so that Γ's diagonal is 1, are redundant where rᵀ(Γ + S)r is at most so
-  /// much of |r|²: where the bodies' velocities, weighted by the roots of their masses, change by less than
-  /// its root, 1e-4, of what the rows have.
+  /// A combination r of rows, scaled so that Γ's diagonal is 1, is redundant where rᵀ(Γ + S)r is at most this
+  /// fraction of |r|². The bodies' velocities, weighted by the roots of their masses, then change by less
+  /// than the fraction's root, 1e-4, times |r|.
   static constexpr double rank_tolerance = 1e-8;
 
-  /// λ is resized to the number of rows. Always finite for a finite problem.
+  /// Solves for `lambda`, one impulse for each row, which is finite for a finite problem.
   MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
 
-  /// Gᵀλ of the last solution, by body.
+  /// Returns Gᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const { return y_; }
 
  protected:  // A solver without bodies (frozen_solution.cpp) overrides the virtual functions.
   using Row = Mlcp::Row;
-  enum class Set : std::int8_t { free, low, high, off, slides };
+  enum class Set : std::int8_t { free, low, high, inactive, slides };  ///< inactive: λ = 0
 
   /// Two rows are a pair if they are one contact's tangents.
   enum class Pair : std::int8_t { none, first, second };
@@ -166,7 +166,7 @@ class MlcpSolver {
   /// Tries one method after the other until one leads to a solution.
   void try_methods();
 
-  // mlcp_iteration.cpp. All that solve return true if they ended at such a contradiction.
+  // mlcp_iteration.cpp. The functions that solve return true if they ended at a redundant contradiction.
   Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
   int classify();
   void fix_limits();
@@ -250,17 +250,17 @@ class MlcpSolver {
   std::vector<double> root_gamma_;
   std::vector<double> w_;
   std::vector<double> natural_;  // natural residual, an impulse
-  double scale_ = 0;             // what the residual is relative to
+  double scale_ = 0;             // size that residuals are divided by
   std::vector<Pair> pair_;
   std::vector<Slip> slip_;  // by row: of the pair whose first row it is
-  double turned_ = 0;       // by how much slips turned last
+  double turned_ = 0;       // largest change of a slip's direction in the last set
   std::vector<Set> set_;
   std::vector<Vector6> y_;            // Gᵀλ by body
-  std::vector<double> known_lambda_;  // of which velocities() found known_w_ and known_y_ last
+  std::vector<double> known_lambda_;  // λ of the last velocities(), whose results follow
   std::vector<double> known_w_;
   std::vector<Vector6> known_y_;
   std::vector<Vector6> step_;     // change of velocity by body
-  std::vector<Vector6> ordered_;  // the same by place
+  std::vector<Vector6> ordered_;  // the same by position in the order of elimination
   std::vector<double> best_;
   std::vector<double> centre_;
   std::vector<Unit> units_;  // solve_interior
@@ -270,12 +270,12 @@ class MlcpSolver {
   std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
   std::vector<std::pair<int, int>> pairs_;
   std::vector<int> order_;            // elimination order of bodies
-  std::vector<int> place_;            // place of a body in it
-  std::vector<int> neighbour_begin_;  // per place: later neighbours, as places
+  std::vector<int> position_;         // of a body in `order_`
+  std::vector<int> neighbour_begin_;  // by position: first of its later neighbours, as positions
   std::vector<int> neighbours_;
-  std::vector<int> update_begin_;  // per place: where its Schur complement's blocks go
+  std::vector<int> update_begin_;  // by position: first block of its Schur complement
   std::vector<int> updates_;
-  std::vector<int> row_blocks_;   // per row: blocks of (a,b) and (b,a)
+  std::vector<int> row_blocks_;   // by row: blocks of (a, b) and (b, a)
   std::vector<Matrix6> blocks_;   // diagonal, then upper and lower of each neighbour pair
   std::vector<Matrix6> inverse_;  // of the diagonal blocks
   static constexpr int most_products = 16;

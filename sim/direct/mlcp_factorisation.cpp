@@ -99,7 +99,7 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
     adjacent[b].push_back(a);
   }
   order_.clear();
-  place_.assign(bodies, -1);
+  position_.assign(bodies, -1);
   std::vector<std::vector<int>> eliminated(bodies);
   std::vector<std::vector<int>> of_degree(bodies + 1);  // candidates; an entry may be out of date
   for (int body = bodies - 1; body >= 0; --body) of_degree[adjacent[body].size()].push_back(body);
@@ -108,8 +108,8 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
     while (of_degree[degree].empty()) ++degree;
     const int body = of_degree[degree].back();
     of_degree[degree].pop_back();
-    if (place_[body] >= 0 || adjacent[body].size() != degree) continue;
-    place_[body] = static_cast<int>(order_.size());
+    if (position_[body] >= 0 || adjacent[body].size() != degree) continue;
+    position_[body] = static_cast<int>(order_.size());
     order_.push_back(body);
     eliminated[body] = adjacent[body];
     for (const int one : adjacent[body]) {
@@ -129,7 +129,7 @@ void MlcpSolver::list_neighbours(const std::vector<std::vector<int>>& eliminated
   neighbour_begin_.assign(1, 0);
   neighbours_.clear();
   for (const int body : order_) {
-    for (const int other : eliminated[body]) neighbours_.push_back(place_[other]);
+    for (const int other : eliminated[body]) neighbours_.push_back(position_[other]);
     std::sort(neighbours_.begin() + neighbour_begin_.back(), neighbours_.end());
     neighbour_begin_.push_back(static_cast<int>(neighbours_.size()));
   }
@@ -186,8 +186,8 @@ void MlcpSolver::analyse() {
       row_blocks_[2 * i + 1] = row_blocks_[2 * i - 1];
       continue;
     }
-    row_blocks_[2 * i] = block_of(place_[row.a], place_[row.b]);
-    row_blocks_[2 * i + 1] = block_of(place_[row.b], place_[row.a]);
+    row_blocks_[2 * i] = block_of(position_[row.a], position_[row.b]);
+    row_blocks_[2 * i + 1] = block_of(position_[row.b], position_[row.a]);
   }
 }
 
@@ -209,8 +209,8 @@ void MlcpSolver::add_product(std::size_t row_index, const Vector6& column_a, con
 void MlcpSolver::add_waiting_products() {
   const auto& [row, a, b, count, columns_a, columns_b, rows_a, rows_b] = products_;
   if (count == 0) return;
-  if (a >= 0) add_products(columns_a.data(), rows_a.data(), count, blocks_[place_[a]]);
-  if (b >= 0) add_products(columns_b.data(), rows_b.data(), count, blocks_[place_[b]]);
+  if (a >= 0) add_products(columns_a.data(), rows_a.data(), count, blocks_[position_[a]]);
+  if (b >= 0) add_products(columns_b.data(), rows_b.data(), count, blocks_[position_[b]]);
   if (a >= 0 && b >= 0) {
     add_products(columns_a.data(), rows_b.data(), count, blocks_[row_blocks_[2 * row]]);
     add_products(columns_b.data(), rows_a.data(), count, blocks_[row_blocks_[2 * row + 1]]);
@@ -248,7 +248,7 @@ void MlcpSolver::factor() {
                   1 / (proximal_ * gamma_[i] + row.softness));
     } else if (set_[i] == Set::slides) {
       if (pair_[i] == Pair::first) add_slide(i);
-    } else if (row.normal >= 0 && set_[i] != Set::off) {
+    } else if (row.normal >= 0 && set_[i] != Set::inactive) {
       // Add ±μ times a sliding row's column to its normal's, whose impulse it follows.
       const Row& normal = rows()[row.normal];
       const double sign = set_[i] == Set::high ? 1 : -1;
@@ -309,7 +309,7 @@ void MlcpSolver::solve_free() {
     const Row& row = rows()[i];
     if (set_[i] == Set::free) {
       row.add_impulse(-w_[i] / (proximal_ * gamma_[i] + row.softness), step_);
-    } else if (row.normal >= 0 && set_[i] != Set::off && pair_[i] != Pair::second) {
+    } else if (row.normal >= 0 && set_[i] != Set::inactive && pair_[i] != Pair::second) {
       const std::size_t normal = row.normal;
       const double share =
           -row.friction * w_[normal] / (proximal_ * gamma_[normal] + rows()[normal].softness);

@@ -233,8 +233,8 @@ void MlcpSolver::factor_units() {
     }
     const Part weighted_a = unit.weight * a;
     const Part weighted_b = unit.weight * b;
-    if (first.a >= 0) blocks_[place_[first.a]].noalias() += a.transpose() * weighted_a;
-    if (first.b >= 0) blocks_[place_[first.b]].noalias() += b.transpose() * weighted_b;
+    if (first.a >= 0) blocks_[position_[first.a]].noalias() += a.transpose() * weighted_a;
+    if (first.b >= 0) blocks_[position_[first.b]].noalias() += b.transpose() * weighted_b;
     if (first.a < 0 || first.b < 0) continue;
     blocks_[row_blocks_[2 * unit.row[0]]].noalias() += a.transpose() * weighted_b;
     blocks_[row_blocks_[2 * unit.row[0] + 1]].noalias() += b.transpose() * weighted_a;

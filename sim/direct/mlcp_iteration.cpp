@@ -97,14 +97,14 @@ int MlcpSolver::classify() {
     const Set before = set_[i];
     const double target = lambda_[i] - w_[i] / (gamma_[i] + row.softness);  // not used without Γ_xx
     if (!(gamma_[i] > 0)) {
-      set_[i] = Set::off;
+      set_[i] = Set::inactive;
     } else if (pair_[i] == Pair::second) {
       set_[i] = set_[i - 1];
     } else if (row.normal >= 0) {
       // The new set of the normal is known, as it comes before its friction.
       const double high = limit(row, lambda_[row.normal]);
       if (set_[row.normal] != Set::free) {
-        set_[i] = Set::off;
+        set_[i] = Set::inactive;
       } else if (pair_[i] == Pair::first) {
         set_[i] = set_of_pair(i, target_of_pair(i), high, gamma_[i] + row.softness);
       } else {
@@ -121,7 +121,7 @@ int MlcpSolver::classify() {
 void MlcpSolver::fix_limits() {
   for (std::size_t i = 0; i < rows().size(); ++i) {
     const Row& row = rows()[i];
-    if (set_[i] == Set::off) lambda_[i] = 0;
+    if (set_[i] == Set::inactive) lambda_[i] = 0;
     if (row.normal < 0) {
       if (set_[i] == Set::low) lambda_[i] = row.low;
       if (set_[i] == Set::high) lambda_[i] = row.high;
@@ -167,7 +167,7 @@ bool MlcpSolver::solve_active_sets(Start start) {
         is_limited_ && sets_about_centre > 0 && natural_residual() < solved_about_centre * whole;
     bool another_set = true;
     if (round == 0 && start != Start::impulses) {
-      for (std::size_t i = 0; i < rows().size(); ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
+      for (std::size_t i = 0; i < rows().size(); ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::inactive;
     } else {
       const int changed = classify();
       another_set = round == 0 || (!is_about_centre && (changed > 0 || turned_ > settled_turn));

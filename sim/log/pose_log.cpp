@@ -170,7 +170,7 @@ void read_header(Reader& reader, PoseLog& log) {
   for (const SettingsField& field : settings_fields) {
     if (!log.has_setting(field.name)) continue;
     // Accept logs that are older than the field, which then is as in Settings{}.
-    const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
+    const bool may_lack = field.can_be_left_out || !field.overrides.empty();
     if (may_lack && !reader.is_next(field.name)) continue;
     const std::string_view text = reader.value(field.name);
     if (set(log.settings, field, text)) continue;

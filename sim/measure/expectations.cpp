@@ -38,7 +38,7 @@ double largest_work(const State& state, const std::vector<ContactImpulse>& conta
   for (const ContactImpulse& contact : contacts) {
     const auto velocity = [&](int body) -> Vector3 {
       const auto index = static_cast<std::size_t>(body);
-      return state.v[index].linear + state.v[index].angular.cross(contact.place - state.q[index].linear);
+      return state.v[index].linear + state.v[index].angular.cross(contact.point - state.q[index].linear);
     };
     const double work = contact.impulse.dot(velocity(contact.a) - velocity(contact.b));
     largest = std::max(largest, std::abs(work));

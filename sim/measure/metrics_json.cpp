@@ -172,7 +172,7 @@ Settings settings_in(const Json& json) {
   Settings settings;
   for (const SettingsField& field : settings_fields) {
     // Read older files, which lack the field, with its default.
-    const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
+    const bool may_lack = field.can_be_left_out || !field.overrides.empty();
     if (may_lack && !json.contains(std::string(field.name))) continue;
     const Json& value = json.at(std::string(field.name));
     std::visit(

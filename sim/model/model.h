@@ -111,7 +111,7 @@ struct Contact {
   bool closes;  ///< an impact without restitution closes the gap in its sub-step, and is stopped in the next
   double resting_acceleration;  ///< m/s²: a contact slower than this times a (sub-)step does not bounce
   double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
-  double left_over;             ///< of the overlap, for later steps to recover, m
+  double left_over;             ///< part of the overlap that later steps recover, m
   /// Added to the points' distance along the normal, m: the change by the bodies' rotation until a later
   /// contact is made.
   double gap_offset;
@@ -148,7 +148,7 @@ struct Model {
   std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, without the world's, sorted
   /// Pairs that do not collide of one of the world's colliders and a body, sorted.
   std::vector<std::pair<int, int>> jointed_to_static;
-  bool contacts = false;  ///< whether any two colliders can meet
+  bool contacts = false;  ///< some colliders can meet
   bool friction = false;
   bool restitution = false;
 };
@@ -159,7 +159,7 @@ bool holds_anchors_together(const Joint& joint);
 /// Builds the model. Throws Error that names a joint without meaning.
 Model build_model(const Scene& scene);
 
-/// "2 ball joints, 1 hinge, 1 drive; contacts with friction; no gyroscopic term"
+/// Returns a summary: "2 locked points, 1 drive; contacts with friction; no gyroscopic term".
 std::string description(const Model& model);
 
 }  // namespace substep

@@ -49,7 +49,7 @@ std::string short_text(const Settings& settings, const SettingsField& field) {
 std::string with_contacts(const Settings& settings, const SettingsField& field) {
   std::string text = short_text(settings, field);
   for (const SettingsField& other : settings_fields) {
-    if (other.stands_in_for == field.name && text_of(settings, other) != text_of(Settings{}, other))
+    if (other.overrides == field.name && text_of(settings, other) != text_of(Settings{}, other))
       text += fmt::format("{}{}", other.symbol, short_text(settings, other));
   }
   return text;
@@ -128,7 +128,7 @@ void check(const Settings& settings) {
 std::vector<SettingsPart> parts_of(const Settings& settings) {
   std::vector<SettingsPart> parts;
   for (const SettingsField& field : settings_fields) {
-    if (field.name == "algorithm" || field.name == "step" || !field.stands_in_for.empty()) continue;
+    if (field.name == "algorithm" || field.name == "step" || !field.overrides.empty()) continue;
     if (!field.is_read_by(settings.algorithm) || !is_labelled(settings, field)) continue;
     parts.push_back({&field, fmt::format("{}{}", field.symbol, with_contacts(settings, field))});
   }

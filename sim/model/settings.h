@@ -7,8 +7,8 @@
 
 namespace substep {
 
-/// The five procedures of the report, each in a file of its own; see algorithms.h. Then two that are not the
-/// report's: descendants of its idea, or methods that stand beside it; see the folder `descendants`.
+/// The five procedures of the report, each in a file of its own; see algorithms.h. Two further methods, Soft
+/// Step and AVBD, are not the report's; see the folder `descendants`.
 enum class Algorithm { a1, a2, a3, a4, a5, soft, avbd };
 
 /// Returns true where the algorithm is one of the report's five.
@@ -88,7 +88,7 @@ void check(const Settings& settings);
 /// their own τ and κ, these follow a slash: "τ=0.6/0.9 κ=1/0.7".
 std::string label(const Settings& settings);
 
-/// τ and κ with six digits; where contacts have their own, it comes after a slash: "0.6/0.9".
+/// Returns τ or κ with six digits; a value of contacts alone follows a slash: "0.6/0.9".
 std::string tau_text(const Settings& settings);
 std::string kappa_text(const Settings& settings);
 

@@ -55,7 +55,7 @@ bool read(std::string_view text, Joints& value) {
 
 /// Returns the field of contacts that overrides this one; null where there is none.
 const SettingsField* contacts_field_of(const SettingsField& field) {
-  const auto found = std::ranges::find(settings_fields, field.name, &SettingsField::stands_in_for);
+  const auto found = std::ranges::find(settings_fields, field.name, &SettingsField::overrides);
   return found == settings_fields.end() ? nullptr : &*found;
 }
 
@@ -63,7 +63,7 @@ const SettingsField* contacts_field_of(const SettingsField& field) {
 void set_for_all(Settings& settings, const SettingsField& field) {
   if (!contacts_field_of(field)) return;
   for (const SettingsField& other : settings_fields) {
-    if (other.group == field.group && !other.stands_in_for.empty())
+    if (other.group == field.group && !other.overrides.empty())
       settings.*std::get<double Settings::*>(other.member) = 0;
   }
 }
@@ -91,7 +91,7 @@ std::vector<std::pair<const SettingsField*, std::string>> ordered(
     }
     const SettingsField* const contacts = contacts_field_of(**found);
     const std::size_t slash = contacts ? value.find('/') : std::string::npos;
-    ((*found)->stands_in_for.empty() ? of_all : of_contacts).emplace_back(*found, value.substr(0, slash));
+    ((*found)->overrides.empty() ? of_all : of_contacts).emplace_back(*found, value.substr(0, slash));
     if (slash != std::string::npos) of_contacts.emplace_back(contacts, value.substr(slash + 1));
   }
   of_all.insert(of_all.end(), of_contacts.begin(), of_contacts.end());

@@ -42,9 +42,9 @@ struct SettingsField {
   std::string_view letter = {};     ///< before the value in names of files
   /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always in labels.
   int group = 0;
-  /// The field that this one overrides for contacts where it is not 0. Setting that field by its name sets it
-  /// for all rows: this one and the others of its group become 0, until they are set, too.
-  std::string_view stands_in_for = {};
+  /// The field of all rows that this one overrides for contacts where it is not 0. A command that sets the
+  /// field of all rows by its name resets this field and the others of its group to 0.
+  std::string_view overrides = {};
   bool can_be_left_out = false;  ///< files omit it where it is as in Settings{}
 
   bool is_read_by(Algorithm algorithm) const {
@@ -105,7 +105,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .symbol = "/",
      .letter = "ct",
      .group = 1,
-     .stands_in_for = "tau"},
+     .overrides = "tau"},
     {.name = "contact_kappa",
      .member = &Settings::contact_kappa,
      .help = "κ of contacts in A3 to A5; as that of all rows where it is 0, or where tau or kappa is given "
@@ -115,7 +115,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .symbol = "/",
      .letter = "ck",
      .group = 1,
-     .stands_in_for = "kappa"},
+     .overrides = "kappa"},
     {.name = "joints",
      .member = &Settings::joints,
      .help = "Joints in A3 to A5, row by row or in blocks",

@@ -43,7 +43,7 @@ struct ContactMemory {
 struct ContactImpulse {
   int a;
   int b;
-  Vector3 place;    ///< of the point on a, world, m
+  Vector3 point;    ///< on a, world, m
   Vector3 impulse;  ///< on a, with friction; world, N·s
 };
 

@@ -1,6 +1,7 @@
 #pragma once
-/// What is known of a scene's motion without simulating it: closed forms, invariants, published values, and
-/// what must stand. A scene's file declares them in `extras.substep.expected`; see scenes/format.md.
+/// Expectations of a scene's motion that need no simulation: closed forms, invariants, published values, and
+/// bodies that must remain standing. A scene's file declares them in `extras.substep.expected`; see
+/// scenes/format.md.
 
 #include <array>
 #include <optional>
@@ -11,19 +12,19 @@
 
 namespace substep {
 
-/// A number that a state has, of one body or of all.
+/// A number that follows from a state, of one body or of all.
 enum class Quantity {
   displacement,             ///< distance of a body's centre of mass from its start, m
-  position,                 ///< of its centre along `direction`, m
-  way,                      ///< the same, counted from its start
-  velocity,                 ///< of its centre along `direction`, m/s
-  speed,                    ///< of its centre, m/s
+  position,                 ///< of a body's centre along `direction`, m
+  way,                      ///< change of a body's position along `direction` since the start, m
+  velocity,                 ///< of a body's centre along `direction`, m/s
+  speed,                    ///< of a body's centre, m/s
   angular_velocity,         ///< about `direction`, rad/s
-  angle,                    ///< by which a body has turned about `direction` since its start, rad
-  azimuth,                  ///< by which its centre has gone round the axis, rad
-  distance,                 ///< of its centre from the axis, m
+  angle,                    ///< rotation of a body about `direction` since the start, rad
+  azimuth,                  ///< angle by which a body's centre has gone round the axis, rad
+  distance,                 ///< of a body's centre from the axis, m
   energy_change,            ///< of all bodies since the start, J
-  momentum_change,          ///< of all bodies since the start but for gravity's, N·s
+  momentum_change,          ///< of all bodies since the start, less that of gravity, N·s
   angular_momentum_change,  ///< of all bodies about their common centre, N·m·s
   joint_gap,                ///< largest of the joints, m
   contact_impulse,          ///< of the step: |impulse along `direction`| summed over all contacts, N·s
@@ -35,9 +36,9 @@ enum class Reading {
   throughout,  ///< the value furthest from what is expected, from `from` to `to`
   at,          ///< the value at the time `from`
   mean,        ///< the mean from `from` to `to`
-  peak,        ///< the `count`-th maximum that it rises to and falls from by a tenth of `tolerance` at least
-  crossing,    ///< the time, in s, at which it goes through `level` for the `count`-th time
-  stays,       ///< the time, in s, at which it first goes through `level`, or the run's end
+  peak,        ///< the `count`-th maximum, before and after which the value is lower by tolerance/10 at least
+  crossing,    ///< the time, in s, at which the value passes `level` for the `count`-th time
+  stays,       ///< the time, in s, at which the value first passes `level`, or the run's end
 };
 
 /// The kind of comparison with the expected value.
@@ -47,11 +48,11 @@ struct Expectation {
   std::string name;    ///< in words: "ball_4: height of bounce 2"
   std::string source;  ///< the closed form, or where the value was published
   Quantity quantity = Quantity::displacement;
-  std::vector<int> bodies;  ///< of several the one counts that is furthest from what is expected
+  std::vector<int> bodies;  ///< the value of that body counts which is furthest from the expected one
   int relative_to = 0;      ///< a body whose position, velocity or way is subtracted; 0 is the world
   Vector3 direction = Vector3::UnitY();  ///< unit; in the world, or in the body's node
-  bool in_node = false;                  ///< whether `direction` turns with the body's node
-  Vector3 centre = Vector3::Zero();      ///< a point of the axis, which `direction` is along, m
+  bool in_node = false;                  ///< `direction` turns with the body's node
+  Vector3 centre = Vector3::Zero();      ///< a point of the axis along `direction`, m
   Reading reading = Reading::throughout;
   double from = 0;  ///< s
   double to = 0;    ///< s; infinite: the run's end
@@ -59,11 +60,11 @@ struct Expectation {
   double level = 0;
   Bound bound = Bound::equal;
   double value = 0;
-  double tolerance = 0;  ///< an error beyond it is bad; in the value's unit
-  double needs = 0;      ///< s: in a shorter run there is nothing to compare
+  double tolerance = 0;  ///< largest error that is accepted; in the value's unit
+  double needs = 0;      ///< shortest run that is compared, s
 };
 
-/// "m", "rad/s"; of a crossing "s".
+/// Returns the unit of the expected value: "m", "rad/s"; of a crossing "s".
 const char* unit_of(const Expectation& expectation);
 
 /// Returns the quantity's key in a file.

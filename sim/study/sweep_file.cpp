@@ -46,7 +46,7 @@ std::string key_of(const SweepJob& job) {
   for (const SettingsField& field : settings_fields) {
     if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
     if (field.is_left_out(s)) continue;
-    if (!field.stands_in_for.empty() && text_of(s, field) == text_of(Settings{}, field)) continue;
+    if (!field.overrides.empty() && text_of(s, field) == text_of(Settings{}, field)) continue;
     text += fmt::format("-{}{}", field.letter, text_of(s, field));
   }
   return text;

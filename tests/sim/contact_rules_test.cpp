@@ -138,7 +138,7 @@ TEST(Incline, ContactsCarryTheBlock) {
       sum += sign * contact.impulse;
       // Under the block's corners, or straight below its centre of mass.
       const double distance = by_points ? std::sqrt(0.03) : 0.1 / std::cos(std::acos(-1.0) / 6);
-      EXPECT_NEAR((contact.place - simulation.state().q[1].linear).norm(), distance, 1e-3);
+      EXPECT_NEAR((contact.point - simulation.state().q[1].linear).norm(), distance, 1e-3);
     }
     const Vector3 weight(0, gravity / 60, 0);
     EXPECT_LT((sum - weight).norm(), 0.002 * weight.norm()) << name(algorithm);
