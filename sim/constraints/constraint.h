@@ -145,6 +145,13 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
+/// Returns the impulses of block x's rows.
+inline Impulse impulse_of(const Constraints& c, const Block& x) {
+  Impulse impulse{};
+  for (int k = 0; k < x.rows; ++k) impulse[k] = c.rows[x.first + k].impulse;
+  return impulse;
+}
+
 /// Sets λ = 0 at the start of a step. With a warm start the first sub-step continues from
 /// `last_step_impulses`.
 inline void clear_impulses(Constraints& c) {

@@ -16,30 +16,24 @@ bool meets(const Collider& one, const Collider& other) {
   return other.in_no_system || (other.member & one.collides_with) != 0;
 }
 
-struct Reach {
-  double operator()(const Sphere& s) const { return s.radius; }
-  double operator()(const Capsule& c) const { return c.half_length + c.radius; }
-  double operator()(const Plane&) const { return 0; }
-  double operator()(const Polytope& p) const { return p.centre.norm() + p.bounding_radius; }
-  double operator()(const Cylinder& c) const {
-    const double radius = std::max(c.radius_bottom, c.radius_top);
-    return std::sqrt(c.half_height * c.half_height + radius * radius);
+/// Returns the radius of a ball about the shape's origin that contains the shape, m; 0 for a plane.
+double reach_of(const Shape& shape) {
+  if (const auto* polytope = std::get_if<Polytope>(&shape))
+    return polytope->centre.norm() + polytope->bounding_radius;
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
+    const Bounds& box = mesh->nodes[0].bounds;
+    return box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
   }
-  double operator()(const TaperedCapsule& c) const {
-    return c.half_length + std::max(c.radius_bottom, c.radius_top);
-  }
-  double operator()(const TriangleMesh& m) const {
-    const Bounds& b = m.nodes[0].bounds;
-    return b.lower.cwiseAbs().cwiseMax(b.upper.cwiseAbs()).norm();
-  }
-};
+  const auto solid = as_revolved(shape, {});
+  return solid ? solid->reach() : 0;
+}
 
 }  // namespace
 
 ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(model) {
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
-    const double size = std::visit(Reach{}, collider.shape);
+    const double size = reach_of(collider.shape);
     const double known_size = size > 0 ? size : std::numeric_limits<double>::infinity();
     candidates_.push_back(
         {&collider, collider.placement.position.norm() + size, known_size, is_curved(collider.shape)});

@@ -62,10 +62,7 @@ struct RowResponses {
   rows.gamma[2] = choose(regular, rows.gamma[2], trace);
   rows.inverse_determinant =
       choose(regular, one / determinant, choose(trace > zero, one / (trace * trace), zero));
-  const Lanes half_difference = all(0.5) * (rows.gamma[0] - rows.gamma[2]);
-  const Lanes largest = all(0.5) * (rows.gamma[0] + rows.gamma[2]) +
-                        root(half_difference * half_difference + rows.gamma[1] * rows.gamma[1]);
-  rows.inverse_largest = inverse_or_zero(largest);
+  rows.inverse_largest = inverse_or_zero(larger_eigenvalue(rows.gamma[0], rows.gamma[1], rows.gamma[2]));
 }
 
 /// Returns the ellipsoid's farthest point against a normal, which points out of the other surface, all in one
@@ -150,12 +147,11 @@ struct TurnedDirections {
 
 /// Sets a point's friction from the contact cache, with no impulse.
 [[gnu::always_inline]] inline void start_friction(const FourContacts& contact, FrictionRows& rows) {
-  const Lanes zero = all(0);
   rows.slid = gather(contact, &Contact::slid);
   rows.reference[0] = gather(contact, &Contact::displacement_1);
   rows.reference[1] = gather(contact, &Contact::displacement_2);
-  rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
-  rows.slides = zero;
+  rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = all(0);
+  rows.origin_normal = rows.slides = all(0);
 }
 
 [[gnu::always_inline]] inline void formulate_friction(const ContactBatch& x, const BatchBodies& at,

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "sim/constraints/formulate.h"
+#include "sim/math/sort_nearly_sorted.h"
 
 namespace substep {
 namespace {
@@ -153,19 +154,7 @@ void ContactBatches::sort_by_colliders(const std::vector<Contact>& found) {
   for (int i = 1; i <= colliders; ++i) begin_[i] += begin_[i - 1];
   in_order_.resize(found.size());
   for (int i = 0; i < static_cast<int>(found.size()); ++i) in_order_[begin_[found[i].collider_a]++] = i;
-  // Sort by insertion, which is fast for what is nearly sorted; after too many moves, by the library.
-  std::size_t moves = 8 * in_order_.size();
-  for (std::size_t i = 1; i < in_order_.size(); ++i) {
-    const int point = in_order_[i];
-    std::size_t position = i;
-    for (; position > 0 && moves > 0 && precedes(point, in_order_[position - 1]); --position, --moves) {
-      in_order_[position] = in_order_[position - 1];
-    }
-    in_order_[position] = point;
-    if (moves > 0) continue;
-    std::ranges::sort(in_order_, precedes);
-    break;
-  }
+  sort_nearly_sorted(in_order_, precedes);
   position_of_.resize(found.size());
   for (int i = 0; i < static_cast<int>(found.size()); ++i) position_of_[in_order_[i]] = i;
 }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "sim/geometry/features.h"
+
 namespace substep {
 namespace {
 
@@ -16,66 +18,49 @@ constexpr double flatness = 1e-10;
 constexpr double collinear = 1e-6;
 
 /// Normal equations of planes through values at a manifold's points.
-class PlaneFit {
- public:
+struct PlaneFit {
   void add(double x, double y) {
-    xx_ += x * x;
-    xy_ += x * y;
-    yy_ += y * y;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
   }
 
   /// Returns the slopes of the plane through values with these moments. Points on a line have one along it.
   std::array<double, 2> slopes(double along_x, double along_y) const {
-    const double trace = xx_ + yy_;
-    if (!(trace > 0)) return {0, 0};
-    const double determinant = xx_ * yy_ - xy_ * xy_;
-    if (determinant > 1e-12 * trace * trace) {
-      return {(yy_ * along_x - xy_ * along_y) / determinant, (xx_ * along_y - xy_ * along_x) / determinant};
+    if (!(trace() > 0)) return {0, 0};
+    const double determinant = xx * yy - xy * xy;
+    if (determinant > 1e-12 * trace() * trace()) {
+      return {(yy * along_x - xy * along_y) / determinant, (xx * along_y - xy * along_x) / determinant};
     }
-    return {along_x / trace, along_y / trace};
+    return {along_x / trace(), along_y / trace()};
   }
 
-  double trace() const { return xx_ + yy_; }
+  double trace() const { return xx + yy; }
 
- private:
-  double xx_ = 0;
-  double xy_ = 0;
-  double yy_ = 0;
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
 };
 
-using Point = std::array<double, 2>;
+/// A point along the tangents of a patch, m.
+struct PatchPoint {
+  double x;
+  double y;
+  auto operator<=>(const PatchPoint&) const = default;
+};
 
-/// Makes the counterclockwise hull of the points. Returns how many corners it has; 0 where there are too
-/// many.
-int make_hull(int count, double tolerance, std::array<Point, most_in_manifold> points,
-              double (&corner)[most_corners][2]) {
+/// Sets the shape's corners to the hull of the points, counter-clockwise; to none where there are too many.
+void set_patch_corners(int count, double tolerance, std::array<PatchPoint, most_in_manifold> points,
+                       PatchShape& shape) {
   std::sort(points.begin(), points.begin() + count);
-  std::array<Point, 2 * most_in_manifold> hull;
-  int size = 0;
-  const auto add = [&](const Point& p, int least) {
-    // Remove corners that are not to the right of the way from the one before them to this.
-    while (size >= least) {
-      const Point& from = hull[size - 2];
-      const Point& over = hull[size - 1];
-      const double ux = over[0] - from[0];
-      const double uy = over[1] - from[1];
-      const double wx = p[0] - from[0];
-      const double wy = p[1] - from[1];
-      if (ux * wy - uy * wx > tolerance * std::sqrt(wx * wx + wy * wy)) break;
-      --size;
-    }
-    hull[size++] = p;
-  };
-  for (int i = 0; i < count; ++i) add(points[i], 2);
-  const int lower = size + 1;
-  for (int i = count - 2; i >= 0; --i) add(points[i], lower);
-  --size;  // the first once more
-  if (size > most_corners) return 0;
-  for (int i = 0; i < size; ++i) {
-    corner[i][0] = hull[i][0];
-    corner[i][1] = hull[i][1];
+  std::array<PatchPoint, 2 * most_in_manifold> hull;
+  const std::size_t size =
+      planar_hull(std::span<const PatchPoint>(points.data(), count), tolerance, hull.data());
+  shape.corners = size > most_corners ? 0 : static_cast<int>(size);
+  for (int i = 0; i < shape.corners; ++i) {
+    shape.corner[i][0] = hull[i].x;
+    shape.corner[i][1] = hull[i].y;
   }
-  return size;
 }
 
 bool is_flat_surface(const Contact& contact) {
@@ -85,7 +70,7 @@ bool is_flat_surface(const Contact& contact) {
 
 /// A manifold's points in a patch's axes, and the means over them.
 struct PatchPoints {
-  std::array<Point, most_in_manifold> position{};
+  std::array<PatchPoint, most_in_manifold> position{};
   double gap[most_in_manifold];
   double mean_gap = 0;
   double mean_left = 0;
@@ -151,20 +136,21 @@ bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, P
   double twist = 0;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
-    const Point& position = points.position[i];
-    for (int k = 0; k < 2; ++k) {
-      gap_moments[k] += position[k] * (points.gap[i] - points.mean_gap);
-      left_moments[k] += position[k] * (contact.left_over + contact.gap_offset - points.mean_left);
-    }
-    twist += position[0] * (contact.displacement_2 - points.moved[1]) -
-             position[1] * (contact.displacement_1 - points.moved[0]);
+    const auto [x, y] = points.position[i];
+    const double gap = points.gap[i] - points.mean_gap;
+    const double left = contact.left_over + contact.gap_offset - points.mean_left;
+    gap_moments[0] += x * gap;
+    gap_moments[1] += y * gap;
+    left_moments[0] += x * left;
+    left_moments[1] += y * left;
+    twist += x * (contact.displacement_2 - points.moved[1]) - y * (contact.displacement_1 - points.moved[0]);
   }
   const auto tilt = points.fit.slopes(gap_moments[0], gap_moments[1]);
   const auto left_tilt = points.fit.slopes(left_moments[0], left_moments[1]);
   for (int i = 0; i < count; ++i) {
-    const Point& position = points.position[i];
-    const double plane = points.mean_gap + points.mean_left + (tilt[0] + left_tilt[0]) * position[0] +
-                         (tilt[1] + left_tilt[1]) * position[1];
+    const auto [x, y] = points.position[i];
+    const double plane =
+        points.mean_gap + points.mean_left + (tilt[0] + left_tilt[0]) * x + (tilt[1] + left_tilt[1]) * y;
     const double of_point = points.gap[i] + contacts[i].left_over + contacts[i].gap_offset;
     if (!(std::abs(of_point - plane) <= flatness * points.radius)) return false;
   }
@@ -199,7 +185,7 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   const PatchPoints points = measure_points(contacts, count, shape);
   if (!fit_planes(contacts, count, points, shape)) return std::nullopt;
   add_forces(contacts, count, points, shape);
-  shape.corners = make_hull(count, collinear * points.radius, points.position, shape.corner);
+  set_patch_corners(count, collinear * points.radius, points.position, shape);
   if (shape.corners < 2) return std::nullopt;
   return shape;
 }

@@ -9,18 +9,11 @@
 namespace substep {
 namespace {
 
-/// Returns a unit vector across `normal`, from the world axis that is farthest from it.
-Vector3 across(const Vector3& normal) {
-  Eigen::Index least = 0;
-  normal.cwiseAbs().minCoeff(&least);
-  return normal.cross(Vector3::Unit(least)).normalized();
-}
-
-/// Returns the unit vector along the component of `velocity` across `normal`, or across() where that
+/// Returns the unit vector along the component of `velocity` across `normal`, or perpendicular() where that
 /// component is at most `rounding`.
 Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
   const Vector3 slip = velocity - normal * normal.dot(velocity);
-  return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
+  return slip.norm() > rounding ? Vector3(slip.normalized()) : perpendicular(normal);
 }
 
 /// Copies the directions of a face's point to another point of that face.
@@ -157,7 +150,7 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     } else {
       const Vector3 along =
           aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
-                   : across(point.normal);
+                   : perpendicular(point.normal);
       contact.normal_b = pair.to_b * point.normal;
       contact.tangent_b1 = pair.to_b * along;
       contact.tangent_b2 = pair.to_b * point.normal.cross(along);

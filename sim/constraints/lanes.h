@@ -55,6 +55,12 @@ template <typename Mask>
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 }
 
+/// Returns the larger eigenvalue of the symmetric 2×2 matrix (xx, xy; xy, yy).
+[[gnu::always_inline]] inline Lanes larger_eigenvalue(const Lanes& xx, const Lanes& xy, const Lanes& yy) {
+  const Lanes half_difference = all(0.5) * (xx - yy);
+  return all(0.5) * (xx + yy) + root(half_difference * half_difference + xy * xy);
+}
+
 [[gnu::always_inline]] inline Lanes dot(const LaneVectors& a, const LaneVectors& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

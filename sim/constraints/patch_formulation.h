@@ -123,10 +123,7 @@ struct PatchGamma {
     }
   }
   invert(patch.gamma, patch.inverse);
-  const Lanes half_difference = all(0.5) * (friction[0] - friction[3]);
-  const Lanes largest = all(0.5) * (friction[0] + friction[3]) +
-                        root(half_difference * half_difference + friction[1] * friction[1]);
-  patch.inverse_largest = inverse_or_zero(largest);
+  patch.inverse_largest = inverse_or_zero(larger_eigenvalue(friction[0], friction[1], friction[3]));
   patch.inverse_twist = inverse_or_zero(friction[5]);
 }
 

@@ -14,13 +14,6 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
-/// Applies the impulses of a warm start to a block's bodies.
-void apply_warm_start(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
-  Impulse start{};
-  for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
-  apply(c, x, start, v, scale);
-}
-
 /// Returns the angular velocity, in its frame, of the k-th gyroscopic body at the end of a (sub-)step with
 /// the mean angular velocity `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
@@ -129,7 +122,7 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) apply_warm_start(c, x, joint_scale, v);
+  for (const Block& x : c.blocks) apply(c, x, impulse_of(c, x), v, joint_scale);
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
 namespace substep {
 
 Softness softness(double hertz, double damping_ratio, double hs) {
@@ -144,12 +145,6 @@ Impulse solve_joint(Constraints& c, const Block& x, const Softness& soft, double
     row.impulse += change[k];
   }
   return change;
-}
-
-Impulse impulse_of(const Constraints& c, const Block& x) {
-  Impulse impulse{};
-  for (int k = 0; k < x.rows; ++k) impulse[k] = c.rows[x.first + k].impulse;
-  return impulse;
 }
 
 /// Makes the contacts' points at the step's start, with a frequency that the sub-steps can resolve.

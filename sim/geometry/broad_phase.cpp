@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "sim/geometry/contact.h"
+#include "sim/math/sort_nearly_sorted.h"
 
 namespace substep {
 namespace {
@@ -118,20 +119,7 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
     // A box with NaN has no position in an order; the sweep skips it.
     entry.lower = has_nan(boxes[entry.box]) ? infinity : boxes[entry.box].lower[axis];
   }
-  // Insert each entry: few change their position from one step to the next. After many moves sort instead,
-  // which gives the same order, since no two entries are equal.
-  std::size_t moves = 8 * order_.size();
-  for (std::size_t i = 1; i < order_.size(); ++i) {
-    const Entry entry = order_[i];
-    std::size_t position = i;
-    for (; position > 0 && moves > 0 && precedes(entry, order_[position - 1]); --position, --moves) {
-      order_[position] = order_[position - 1];
-    }
-    order_[position] = entry;
-    if (moves > 0) continue;
-    std::ranges::sort(order_, precedes);
-    return;
-  }
+  sort_nearly_sorted(order_, precedes);  // few entries change their position from one step to the next
 }
 
 void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {

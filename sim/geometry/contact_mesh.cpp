@@ -176,30 +176,18 @@ class TriangleSearch {
   EdgeAxis edge_;
 };
 
-/// Puts the corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull (Andrew's
-/// chains). Points no farther than `tolerance` outside a side are on it.
+/// Puts the corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull.
 void find_hull(double tolerance) {
   std::vector<Point>& points = scratch.group;
   std::vector<Point>& hull = scratch.hull;
-  hull.clear();
   std::ranges::sort(points, [](const Point& p, const Point& q) {
     return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.contact < q.contact;
   });
   const auto distance = [](const Point& a, const Point& b) {
     return std::sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
   };
-  const auto is_convex = [&](const Point& a, const Point& b, const Point& c) {
-    const double side = distance(a, c);
-    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > tolerance * side;
-  };
-  const auto add = [&](const Point& point, std::size_t first) {
-    while (hull.size() >= first + 2 && !is_convex(hull[hull.size() - 2], hull.back(), point)) hull.pop_back();
-    hull.push_back(point);
-  };
-  for (const Point& point : points) add(point, 0);
-  const std::size_t upper = hull.size() - 1;
-  for (std::size_t i = points.size() - 1; i-- > 0;) add(points[i], upper);
-  hull.pop_back();
+  hull.resize(2 * points.size());
+  hull.resize(planar_hull(std::span<const Point>(points), tolerance, hull.data()));
   // Keep one of several points at one position.
   for (std::size_t i = 1; i < hull.size();) {
     const bool same = distance(hull[i - 1], hull[i]) <= tolerance;

@@ -17,12 +17,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Fraction of the shape's size within which two points give no direction.
 constexpr double coincident = 1e-9;
 
-Vector3 perpendicular(const Vector3& direction) {
-  int least = 0;
-  direction.cwiseAbs().minCoeff(&least);
-  return direction.cross(Vector3::Unit(least)).normalized();
-}
-
 /// Adds the contact of balls of two radii around two points; `fallback` is the normal where the points
 /// coincide.
 void add_ball_contact(const Vector3& point_a, double radius_a, const Vector3& point_b, double radius_b,

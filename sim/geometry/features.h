@@ -105,6 +105,34 @@ bool cut_polygon(const Corners& corners, Corners& kept, Distances& distances, do
   return true;
 }
 
+/// Writes the corners of the hull of points in a plane to `hull`, counter-clockwise from the first, by
+/// Andrew's chains. Points, which have members x and y, ascend by x, then by y; `hull` has room for twice
+/// their number. Leaves out points no farther than `tolerance` outside the line through their neighbours.
+/// Returns the number of corners.
+template <class Point>
+std::size_t planar_hull(std::span<const Point> points, double tolerance, Point* hull) {
+  std::size_t size = 0;
+  const auto add = [&](const Point& point, std::size_t least) {
+    // Remove corners that are not to the right of the way from the corner before them to this point.
+    while (size >= least) {
+      const Point& from = hull[size - 2];
+      const Point& over = hull[size - 1];
+      const double along_x = point.x - from.x;
+      const double along_y = point.y - from.y;
+      if ((over.x - from.x) * along_y - (over.y - from.y) * along_x >
+          tolerance * std::sqrt(along_x * along_x + along_y * along_y)) {
+        break;
+      }
+      --size;
+    }
+    hull[size++] = point;
+  };
+  for (const Point& point : points) add(point, 2);
+  const std::size_t lower = size + 1;
+  for (std::size_t i = points.size() - 1; i-- > 0;) add(points[i], lower);
+  return size - 1;  // without the first point, which is added twice
+}
+
 /// Calls `use(corner, outward)` for each side of a face: a point of it and its unnormalised outward direction
 /// in the face's plane.
 template <class Use>

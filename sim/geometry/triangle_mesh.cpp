@@ -83,6 +83,13 @@ bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
   return area_vector(vertices, triangle).norm() > smallest_height * longest;
 }
 
+Bounds triangle_bounds(const TriangleMesh& mesh, const Triangle& triangle) {
+  const Vector3& a = mesh.vertices[triangle[0]];
+  const Vector3& b = mesh.vertices[triangle[1]];
+  const Vector3& c = mesh.vertices[triangle[2]];
+  return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+}
+
 /// Builds the tree of boxes: splits triangles at the median of their middles until leaves are small.
 class TreeBuilder {
  public:
@@ -91,10 +98,7 @@ class TreeBuilder {
     boxes_.reserve(order_.size());
     middles_.reserve(order_.size());
     for (const Triangle& triangle : mesh.triangles) {
-      const Vector3& a = mesh.vertices[triangle[0]];
-      const Vector3& b = mesh.vertices[triangle[1]];
-      const Vector3& c = mesh.vertices[triangle[2]];
-      boxes_.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+      boxes_.push_back(triangle_bounds(mesh, triangle));
       middles_.emplace_back(boxes_.back().lower + boxes_.back().upper);
     }
   }
@@ -318,11 +322,7 @@ void find_triangles(const TriangleMesh& mesh, const Bounds& box, std::vector<std
       continue;
     }
     for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
-      const Triangle& corners = mesh.triangles[t];
-      const Vector3& a = mesh.vertices[corners[0]];
-      const Vector3& b = mesh.vertices[corners[1]];
-      const Vector3& c = mesh.vertices[corners[2]];
-      if (overlap({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}, box)) out.push_back(t);
+      if (overlap(triangle_bounds(mesh, mesh.triangles[t]), box)) out.push_back(t);
     }
   }
 }

@@ -15,6 +15,14 @@ using Matrix3 = Eigen::Matrix3d;
 /// including program is compiled for.
 using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
+/// Returns a unit vector across `direction`, which need not have unit length, from the axis that is farthest
+/// from it.
+inline Vector3 perpendicular(const Vector3& direction) {
+  Eigen::Index least = 0;
+  direction.cwiseAbs().minCoeff(&least);
+  return direction.cross(Vector3::Unit(least)).normalized();
+}
+
 /// A rigid placement: point_outer = orientation * point_inner + position.
 struct Pose {
   Vector3 position = Vector3::Zero();
