@@ -10,7 +10,7 @@ namespace {
 
 constexpr int rows_of_patch = 6;
 
-/// Returns true where this body alone makes a patch's Γ regular: forces move it and turn it about all axes.
+/// Returns true where forces move the body and turn it about all axes, which makes a patch's Γ regular.
 bool moves_freely(const BodyMass& mass) {
   return mass.inverse_mass > 0 && mass.inverse_inertia.minCoeff() > 0;
 }

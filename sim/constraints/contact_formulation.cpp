@@ -176,7 +176,7 @@ struct TurnedDirections {
   invert(rows);
 }
 
-/// Continues the displacement of the point of the last formulation at the present point.
+/// Moves friction's displacement from the point of the last formulation to the present point.
 [[gnu::always_inline]] inline void move_point(const BatchBodies& at, const PointArms& arms,
                                               const Direction (&tangent)[2], const PointArms& before,
                                               FrictionRows& rows) {
@@ -207,7 +207,7 @@ struct TurnedDirections {
   }
 }
 
-/// Silences the rows beyond a manifold's contacts, where its batch has more: they take and give no impulse.
+/// Disables the rows beyond a manifold's contacts, where its batch has more, so that they get no impulse.
 inline void leave_out(const ContactBatch& x, const PointRows& rows) {
   for (int lane = 0; lane < lanes; ++lane) {
     for (int i = x.count[lane]; i < x.contacts; ++i) {
@@ -235,7 +235,7 @@ inline void leave_out(const ContactBatch& x, const PointRows& rows) {
     if (from.anew) roll(contact, turned_directions.normal, arms);
     NormalRow& normal = rows.normals[i];
     if (!from.anew) normal.row.impulse = normal.low = all(0);
-    // A positive distance is admitted too: β lets it close, no more.
+    // A positive distance may close in the sub-step, and no more.
     const Lanes gap = set_row(at, arms, turned_directions.normal, normal.row) +
                       gather(contact, &Contact::left_over) + gather(contact, &Contact::gap_offset);
     normal.row.beta = -gap / all(from.hs);

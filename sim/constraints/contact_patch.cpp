@@ -9,9 +9,8 @@
 namespace substep {
 namespace {
 
-/// Flatness, relative to the patch's radius: a manifold with a gap farther than this from the plane through
-/// all is not flat. A step may be taken in short parts, in which what a gap is wrong by becomes a fast
-/// velocity.
+/// Largest distance of a flat manifold's gap from the plane through all gaps, relative to the patch's radius.
+/// A step may be divided into short parts, in which an error of a gap becomes a fast velocity.
 constexpr double flatness = 1e-10;
 
 /// Distance from a side within which a corner is left out, relative to the patch's radius.
@@ -128,8 +127,8 @@ PatchPoints measure_points(const Contact* contacts, int count, const PatchShape&
   return points;
 }
 
-/// Fits planes to the gaps and to what is added to them, and a motion to the displacements. Returns false
-/// where a gap is beside its plane.
+/// Fits planes to the gaps and to the overlaps left over, and a motion to the displacements. Returns false
+/// where a gap is not on the plane.
 bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
   double gap_moments[2] = {0, 0};
   double left_moments[2] = {0, 0};

@@ -45,12 +45,12 @@ constexpr int most_transient = 60;
 constexpr int most_sets = 2000;
 constexpr double least_fall = 0.1;  ///< of ε from set to set
 constexpr double most_rise = 4;
-/// Ratios between which a residual below `small` stands still: only a smaller ε helps.
+/// Ratios of successive residuals between which a residual below `small` no longer falls: only a smaller ε
+/// helps.
 constexpr double stands = 0.9;
 constexpr double rises = 1.02;
 constexpr double small = 1e-5;
-/// Multiples of the best and the first residual above both of which the sets have left the way to the
-/// solution.
+/// Multiples of the best and of the first residual: sets above both diverge, and start again from the best.
 constexpr double lost_of_best = 30;
 constexpr double lost_of_first = 3;
 /// Fraction of the residual that the problem about a centre may have left when the centre moves.

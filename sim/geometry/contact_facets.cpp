@@ -19,7 +19,7 @@ constexpr double level = 1e-6;
 
 thread_local std::vector<Vector3> polygon_memory;
 
-/// A direction tried, from b to a.
+/// A direction from b to a, and the separation along it.
 struct Axis {
   double separation = -infinity;
   Vector3 normal = Vector3::Zero();

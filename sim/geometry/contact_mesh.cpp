@@ -15,7 +15,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-/// A direction tried, from b to a.
+/// A direction from b to a, and the separation along it.
 struct Axis {
   double separation = -infinity;
   Vector3 normal = Vector3::Zero();

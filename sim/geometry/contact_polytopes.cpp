@@ -227,7 +227,8 @@ class PolytopePair {
     find_closest_features(a_, pose_a_, b_, pose_b_, axis, separation, margin_, out_);
   }
 
-  /// Returns false where the edges are apart and do not cross, so that they are not the closest features.
+  /// Adds the contact of the two edges. Returns false where they are separate and do not cross, so that other
+  /// features are closer.
   bool add_edge_contact() {
     ClosestPair closest;
     closest.consider(edge_of(a_, edge_.of_a), b_in_a_.segment(edge_of(b_, edge_.of_b)));

@@ -35,7 +35,8 @@ class RevolvedPair {
   double separation(const Vector3& n) const { return -a_.height(-n) - b_.height(n); }
   double preference(double value) const { return face_preference(value, size_); }
 
-  /// Measures a direction. Returns false where it separates the two by the margin; so do the searches below.
+  /// Measures a direction. Returns false where the solids are separate by the margin along it, as do the
+  /// searches below.
   bool consider(const Vector3& n) {
     const double value = separation(n);
     if (value > best_) {
@@ -79,7 +80,7 @@ class RevolvedPair {
     if (across.norm() > 1e-6) {
       if (!consider(across.normalized()) || !consider(-across.normalized())) return false;
     }
-    // Leave coincident axes sideways.
+    // Separate coincident axes sideways.
     return best_ > -infinity || (consider(a_.across) && consider(-a_.across));
   }
 

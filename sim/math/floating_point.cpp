@@ -8,8 +8,8 @@
 namespace substep {
 
 #if defined(__x86_64__)
-// The two registers by themselves: the functions of <cfenv> save all of x87's state, which takes as long as
-// the smallest scene's step.
+// Only the two control registers are saved: the functions of <cfenv> save all of x87's state, which takes as
+// long as a step of the smallest scene.
 DefaultFloatingPoint::DefaultFloatingPoint() : vector_control_(_mm_getcsr()), stack_control_(0) {
   constexpr unsigned int round_to_nearest_all_masked = 0x1f80;
   constexpr unsigned short as_the_c_library_starts = _FPU_DEFAULT;

@@ -207,11 +207,11 @@ struct Scene {
   std::uint64_t hash = 0;
   Vector3 gravity{0, -9.81, 0};       ///< m/s²
   double duration = 5;                ///< s
-  double step = 1.0 / 60;             ///< s, what a run uses unless told otherwise
-  int substeps = 10;                  ///< n of A3 to A5, iterations of A2, unless told otherwise
+  double step = 1.0 / 60;             ///< s, default of runs
+  int substeps = 10;                  ///< default n of A3 to A5, and iterations of A2
   std::optional<double> poster;       ///< s, the moment that shows the scene's point
-  bool gyroscopic = true;             ///< whether unequal moments of inertia give a gyroscopic term
-  std::vector<Expectation> expected;  ///< what is known of its motion
+  bool gyroscopic = true;             ///< unequal moments of inertia give a gyroscopic term
+  std::vector<Expectation> expected;  ///< expectations of the motion
 
   std::vector<Body> bodies;  ///< bodies[0] is the world
   std::vector<Collider> colliders;
@@ -224,10 +224,9 @@ struct Scene {
   std::optional<Camera> camera;      ///< the first of `cameras`
   std::vector<NamedCamera> cameras;  ///< in the order of the file
   std::optional<Sun> sun;
-  std::vector<Light>
-      lights;  ///< without the sun; where there are some and no sun, nothing shines in its place
+  std::vector<Light> lights;  ///< without the sun; a scene with lights but no sun gets no default sun
 
-  std::vector<std::string> warnings;  ///< what the file asked for and got a replacement for
+  std::vector<std::string> warnings;  ///< requests of the file that were replaced by something else
 };
 
 }  // namespace substep
