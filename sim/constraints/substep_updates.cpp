@@ -14,6 +14,11 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
+/// Applies the impulses of a warm start to a block's bodies.
+void apply_warm_start(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
+  apply(c, x, impulse_of(c, x), v, scale);
+}
+
 /// Returns the angular velocity, in its frame, of the k-th gyroscopic body at the end of a (sub-)step with
 /// the mean angular velocity `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
@@ -122,7 +127,7 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) apply(c, x, impulse_of(c, x), v, joint_scale);
+  for (const Block& x : c.blocks) apply_warm_start(c, x, joint_scale, v);
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 
