@@ -129,7 +129,7 @@ class Gatherer {
     }
     Part part;
     part.body = body_;
-    part.low = Vector3::Constant(std::numeric_limits<double>::infinity());
+    part.low = Vector3::Constant(infinity);
     part.high = -part.low;
     for (std::size_t i = first_; i < mesh_.vertices.size(); ++i) {
       part.low = part.low.cwiseMin(vector_of(mesh_.vertices[i].position));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "render/body_mesh.h"
 #include "sim/math/rotation.h"
@@ -20,7 +19,7 @@ glm::dvec3 along_axes(const View& view, const glm::dvec3& p) {
   return {glm::dot(p, view.right), glm::dot(p, view.up), glm::dot(p, view.forward)};
 }
 
-double tangent(double angle) {
+double tangent_of(double angle) {
   const SineCosine of = sine_cosine(angle);
   return of.sine / of.cosine;
 }
@@ -35,7 +34,7 @@ View view_from_above(double aspect) {
   view.forward = -glm::dvec3(around.sine * above.cosine, above.sine, around.cosine * above.cosine);
   view.right = glm::normalize(glm::cross(view.forward, glm::dvec3(0, 1, 0)));
   view.up = glm::cross(view.right, view.forward);
-  view.tangent_y = tangent(0.3);
+  view.tangent_y = tangent_of(0.3);
   view.tangent_x = view.tangent_y * aspect;
   return view;
 }
@@ -48,7 +47,7 @@ View view_from(const Camera& camera, double aspect) {
   view.right = to_glm(camera.pose.orientation * Vector3::UnitX());
   view.up = to_glm(camera.pose.orientation * Vector3::UnitY());
   view.forward = to_glm(camera.pose.orientation * -Vector3::UnitZ());
-  view.tangent_y = tangent(std::clamp(camera.vertical_field_of_view, 0.01, 3.0) / 2);
+  view.tangent_y = tangent_of(std::clamp(camera.vertical_field_of_view, 0.01, 3.0) / 2);
   view.tangent_x = view.tangent_y * aspect;
   return view;
 }
@@ -65,15 +64,14 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect) {
   constexpr double margin = 1.12;
-  constexpr double infinite = std::numeric_limits<double>::infinity();
   View view = view_from_above(aspect);
 
   // A point x to the right and z ahead of the origin is seen from an eye at (ex, ez) when
   // |x − ex| <= (z − ez) tx: ex − ez tx >= x − z tx and ex + ez tx <= x + z tx. Both extremes over all points
   // meet in the nearest eye; likewise for y, and the farther of both eyes sees all.
   const glm::dvec2 tangents = glm::dvec2(view.tangent_x, view.tangent_y) / margin;
-  glm::dvec2 low_eye(infinite);
-  glm::dvec2 high_eye(-infinite);
+  glm::dvec2 low_eye(infinity);
+  glm::dvec2 high_eye(-infinity);
   const auto include = [&](const Vector3& point) {
     const glm::dvec3 p = along_axes(view, to_glm(point));
     low_eye = glm::min(low_eye, glm::dvec2(p) + p.z * tangents);
@@ -82,7 +80,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
   // A hundred frames of a run show where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
   constexpr double farthest = 1000;
-  Vector3 low = Vector3::Constant(infinite);
+  Vector3 low = Vector3::Constant(infinity);
   Vector3 high = -low;
   for (const Part& part : parts) {
     if (part.body == world_body) continue;
@@ -97,14 +95,14 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
     }
   }
   // Hold only the surroundings of bodies in the world: a whole ground would make the bodies small.
-  const Vector3 around_bodies = Vector3::Constant(low.x() < infinite ? 0.15 * (high - low).norm() : infinite);
+  const Vector3 around_bodies = Vector3::Constant(low.x() < infinity ? 0.15 * (high - low).norm() : infinity);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;
     for (const Vector3& point : part.corners_at(frames.front().front())) {
       include(point.cwiseMax(low - around_bodies).cwiseMin(high + around_bodies));
     }
   }
-  if (!(low_eye.x < infinite)) {
+  if (!(low_eye.x < infinity)) {
     // Look at the origin of an empty scene.
     const Part nothing{.low = -Vector3::Ones(), .high = Vector3::Ones()};
     for (const Vector3& corner : nothing.corners_at({})) include(corner);
@@ -144,7 +142,7 @@ View stepped_back(const View& view, std::span<const Part> parts,
   }
   // Hold the body that stays nearest to the end: no picture is empty.
   for (const std::vector<Coordinates>& frame : frames) {
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = infinity;
     for (const Part* part : held) {
       if (part->body == world_body) continue;
       const Vector3 away = frame[part->body].linear - middle;

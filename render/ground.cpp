@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -16,7 +15,7 @@ namespace substep::render {
 namespace {
 
 double lowest_point(const Part& part, const Coordinates& q) {
-  double lowest = std::numeric_limits<double>::infinity();
+  double lowest = infinity;
   for (const Vector3& corner : part.corners_at(q)) lowest = std::min(lowest, corner.y());
   return lowest;
 }
@@ -32,7 +31,7 @@ Hold hold_of(const Scene& scene, std::size_t fixed) {
   const Joint& first = scene.joints[fixed];
   Hold hold;
   hold.point = first.body_a == world_body ? first.frame_a.position : first.frame_b.position;
-  hold.reach.assign(scene.joints.size(), std::numeric_limits<double>::infinity());
+  hold.reach.assign(scene.joints.size(), infinity);
   hold.reach[fixed] = 0;
   // Step from joint to joint over the body that both hold, until nothing gets shorter.
   for (bool shorter = true; shorter;) {
@@ -76,11 +75,11 @@ double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
 /// Returns the lowest height that the part's corners can reach as its body hangs on the world; −∞ without a
 /// joint.
 double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
-  double lowest = std::numeric_limits<double>::infinity();
+  double lowest = infinity;
   for (const Vector3& corner : part.corners_at({})) {
     std::vector<std::pair<Vector3, double>> balls;
     for (const Hold& hold : holds) {
-      double reach = std::numeric_limits<double>::infinity();
+      double reach = infinity;
       for (std::size_t i = 0; i < scene.joints.size(); ++i) {
         const Joint& joint = scene.joints[i];
         for (const auto& [body, frame] :
@@ -90,7 +89,7 @@ double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold
       }
       if (std::isfinite(reach)) balls.emplace_back(hold.point, reach);
     }
-    double bound = -std::numeric_limits<double>::infinity();
+    double bound = -infinity;
     for (std::size_t i = 0; i < balls.size(); ++i) {
       bound = std::max(bound, balls[i].first.y() - balls[i].second);
       for (std::size_t j = 0; j < i; ++j) {
@@ -140,8 +139,7 @@ int thirty_seconds(float height, float distance) {
 }  // namespace
 
 double ground_height(const Scene& scene, std::span<const Part> parts) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  double plane = -infinite;
+  double plane = -infinity;
   for (const Collider& collider : scene.colliders) {
     if (is_ground(collider)) plane = std::max(plane, collider.placement.position.y());
   }
@@ -154,10 +152,10 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
     if (is_fixed && holds_anchors_together(joint)) holds.push_back(hold_of(scene, i));
   }
   const std::vector<Coordinates> start = initial_state(scene).q;
-  double of_world = infinite;
-  double at_start = infinite;
-  double lowest = infinite;
-  double highest = -infinite;
+  double of_world = infinity;
+  double at_start = infinity;
+  double lowest = infinity;
+  double highest = -infinity;
   for (const Part& part : parts) {
     const Coordinates& q = start[part.body];
     const double y = lowest_point(part, q);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <glm/vec4.hpp>
-#include <limits>
 
 namespace substep::render {
 namespace {
@@ -29,9 +28,8 @@ glm::dvec4 clip_of(const Vector3& p, const glm::dmat4& clip_from_world) {
 /// eye.
 void find_bounds(const Part& part, const Coordinates& q, const glm::dmat4& clip_from_world, glm::dvec2& low,
                  glm::dvec2& high) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  low = glm::dvec2(infinite);
-  high = glm::dvec2(-infinite);
+  low = glm::dvec2(infinity);
+  high = glm::dvec2(-infinity);
   for (const Vector3& corner : part.corners_at(q)) {
     const glm::dvec4 clip = clip_of(corner, clip_from_world);
     if (!(clip.w > 1e-6)) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <stdexcept>
 
 #include "render/renderer_implementation.h"
@@ -86,7 +85,7 @@ void Renderer::Implementation::choose_view(const Scene& scene,
   const double aspect = static_cast<double>(settings.width) / settings.height;
   view = scene.camera ? view_from(*scene.camera, aspect) : automatic_view(mesh.parts, reference, aspect);
   if (scene.camera && settings.steps_back) view = stepped_back(view, mesh.parts, reference);
-  double nearest = std::numeric_limits<double>::infinity();
+  double nearest = infinity;
   double farthest = 1;
   for (const Part& part : mesh.parts) {
     const Coordinates& q = reference.front()[part.body];

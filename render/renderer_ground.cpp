@@ -1,7 +1,6 @@
 // Draws ground and sky, and the maps of shadow and occlusion that light on the ground depends on.
 
 #include <algorithm>
-#include <limits>
 
 #include "render/renderer_implementation.h"
 
@@ -55,8 +54,7 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
 
 /// Computes the openness of the ground around the bodies.
 void Renderer::Implementation::fit_occlusion(Poses poses) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  Vector3 low = Vector3::Constant(infinite);
+  Vector3 low = Vector3::Constant(infinity);
   Vector3 high = -low;
   double largest = 0.01;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
@@ -68,7 +66,7 @@ void Renderer::Implementation::fit_occlusion(Poses poses) {
     high = high.cwiseMax(centre);
     largest = std::max(largest, part.half_size().norm());
   }
-  if (!(low.x() < infinite)) low = high = Vector3::Zero();
+  if (!(low.x() < infinity)) low = high = Vector3::Zero();
   Relief relief;
   relief.width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
   const double low_x = (low.x() + high.x() - relief.width) / 2;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "render/picture_areas.h"
 
@@ -13,7 +12,7 @@ namespace substep::render {
 namespace {
 
 struct Bounds {
-  glm::dvec3 low = glm::dvec3(std::numeric_limits<double>::infinity());
+  glm::dvec3 low = glm::dvec3(infinity);
   glm::dvec3 high = -low;
 
   void add(const glm::dvec3& point) {

@@ -12,11 +12,11 @@
 #define STBTT_STATIC
 #include <stb/stb_truetype.h>
 
-#include "render/embedded_file.h"
-
 // The fonts are part of the program, so that text needs no files and looks alike everywhere.
-SUBSTEP_EMBEDDED_FILE(font_regular, SUBSTEP_FONTS "/DejaVuSans.ttf")
-SUBSTEP_EMBEDDED_FILE(font_bold, SUBSTEP_FONTS "/DejaVuSans-Bold.ttf")
+namespace substep::embedded {
+std::string_view DejaVuSans_ttf();
+std::string_view DejaVuSans_Bold_ttf();
+}  // namespace substep::embedded
 
 namespace substep::render {
 namespace {
@@ -84,8 +84,8 @@ class Font {
 
 /// Returns the thread's own font, so that glyphs are cached without locks.
 Font& font(bool bold) {
-  thread_local Font regular_font(font_regular());
-  thread_local Font bold_font(font_bold());
+  thread_local Font regular_font(embedded::DejaVuSans_ttf());
+  thread_local Font bold_font(embedded::DejaVuSans_Bold_ttf());
   return bold ? bold_font : regular_font;
 }
 

@@ -27,7 +27,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   start_substep(problem, v_hat);
   add_external(problem, h, v_hat);  // proc2:3
   // Iterate
-  double moved = std::numeric_limits<double>::infinity();
+  double moved = infinity;
   const int cap = sweeps_of(problem, settings.iterations);
   for (int p = 0; p < cap && moved > settings.tolerance; ++p) {  // proc2:5
     moved = 0;

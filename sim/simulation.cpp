@@ -1,7 +1,6 @@
 #include "sim/simulation.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "sim/algorithms.h"

@@ -1,6 +1,7 @@
 #pragma once
 /// The repository's scenes, by name.
 
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -9,12 +10,14 @@
 
 namespace substep {
 
+/// Returns the folder of the scenes.
+inline std::filesystem::path scenes_folder() {
+  return std::filesystem::path(test::source_folder) / "scenes";
+}
+
 /// "rod_chain": of scenes/rod_chain.gltf.
 inline Scene scene_named(const std::string& name) {
-  std::string file = std::string(test::source_folder) + "/scenes/";
-  file += name;
-  file += ".gltf";
-  return load_scene(file);
+  return load_scene(scenes_folder() / (name + ".gltf"));
 }
 
 /// Index of the body. Throws where there is none.

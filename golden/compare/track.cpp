@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view magic = "substep track 1\n";
 constexpr int components = 7;
-constexpr std::uint64_t largest_size = 1U << 30;
+constexpr std::uint64_t largest_track = 1U << 30;
 
 std::uint16_t digest(const Coordinates& q, const Velocity& v) {
   return Digest().add(q.linear, q.angular.coeffs(), v.linear, v.angular).value();
@@ -233,7 +233,7 @@ Track read_track(const std::filesystem::path& file) {
   Input header(rest, what);
   const std::uint64_t size = header.number();
   rest = header.rest();
-  if (size > largest_size) refuse();
+  if (size > largest_track) refuse();
   std::string raw(size, '\0');
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor);

@@ -10,14 +10,15 @@
 #include "golden/compare/provenance.h"
 #include "golden/compare/verdict.h"
 #include "golden/report/failures.h"
-#include "render/embedded_file.h"
 #include "render/markup.h"
 #include "sim/log/file_output.h"
 #include "sim/math/base64.h"
 
-SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
-SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
-SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
+namespace substep::embedded {
+std::string_view report_html();
+std::string_view report_css();
+std::string_view report_js();
+}  // namespace substep::embedded
 
 namespace substep::golden {
 namespace {
@@ -231,10 +232,10 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  std::string page(report_page());
+  std::string page(embedded::report_html());
   replace(page, "{{title}}", "substep check: " + render::escaped(results.at("totals").get<std::string>()));
-  replace(page, "{{style}}", report_style());
-  replace(page, "{{script}}", report_script());
+  replace(page, "{{style}}", embedded::report_css());
+  replace(page, "{{script}}", embedded::report_js());
   // Give pictures the room that text leaves.
   const std::size_t words = page.size() + body(results, output, 0).size();
   replace(page, "{{body}}", body(results, output, largest_report - std::min(largest_report, words)));

@@ -13,7 +13,6 @@
 #include "render/animated_glb.h"
 #include "render/body_mesh.h"
 #include "render/camera.h"
-#include "render/embedded_file.h"
 #include "render/ground.h"
 #include "render/image.h"
 #include "render/lighting.h"
@@ -29,16 +28,18 @@
 #include "sim/measure/motion.h"
 #include "sim/model/model.h"
 
-SUBSTEP_EMBEDDED_FILE(player_html, SUBSTEP_PLAYER "/player.html")
-SUBSTEP_EMBEDDED_FILE(player_css, SUBSTEP_PLAYER "/player.css")
-SUBSTEP_EMBEDDED_FILE(recording_js, SUBSTEP_PLAYER "/recording.js")
-SUBSTEP_EMBEDDED_FILE(shaders_js, SUBSTEP_PLAYER "/shaders.js")
-SUBSTEP_EMBEDDED_FILE(camera_js, SUBSTEP_PLAYER "/camera.js")
-SUBSTEP_EMBEDDED_FILE(bodies_js, SUBSTEP_PLAYER "/bodies.js")
-SUBSTEP_EMBEDDED_FILE(painter_js, SUBSTEP_PLAYER "/painter.js")
-SUBSTEP_EMBEDDED_FILE(strip_js, SUBSTEP_PLAYER "/strip.js")
-SUBSTEP_EMBEDDED_FILE(marks_js, SUBSTEP_PLAYER "/marks.js")
-SUBSTEP_EMBEDDED_FILE(player_js, SUBSTEP_PLAYER "/player.js")
+namespace substep::embedded {
+std::string_view player_html();
+std::string_view player_css();
+std::string_view recording_js();
+std::string_view shaders_js();
+std::string_view camera_js();
+std::string_view bodies_js();
+std::string_view painter_js();
+std::string_view strip_js();
+std::string_view marks_js();
+std::string_view player_js();
+}  // namespace substep::embedded
 
 namespace substep::render {
 namespace {
@@ -305,15 +306,16 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                          {"frames", std::max<std::size_t>(1, reference.poses.size())}};
   }
   data["glb_size"] = glb.size();
-  return filled(player_html(),
+  return filled(embedded::player_html(),
                 {{"title", escaped(title)},
-                 {"style", std::string(player_css())},
+                 {"style", std::string(embedded::player_css())},
                  {"data", for_page(data)},
                  {"bytes", base64(zlib_compressed(glb + poses, 9))},
                  {"script", fmt::format("const OPTICS = {};\nconst LOOKS = {};\n{}{}{}{}{}{}{}{}",
                                         for_page(shaders::optics_glsl), for_page(shaders::looks_glsl),
-                                        recording_js(), shaders_js(), camera_js(), bodies_js(), painter_js(),
-                                        strip_js(), marks_js(), player_js())}});
+                                        embedded::recording_js(), embedded::shaders_js(),
+                                        embedded::camera_js(), embedded::bodies_js(), embedded::painter_js(),
+                                        embedded::strip_js(), embedded::marks_js(), embedded::player_js())}});
 }
 
 }  // namespace substep::render

@@ -71,7 +71,7 @@ bool is_a5(const std::vector<Contender>& all, const Settings& settings) {
 }
 
 /// Returns row solves, or ms of CPU time, of a simulated second.
-double cost_of(const SweepRecord& record, Cost cost) {
+double price_of(const SweepRecord& record, Cost cost) {
   if (cost == Cost::rows) return static_cast<double>(record.metrics->row_solves) / record.duration;
   return record.times ? 1000 * record.times->median / record.duration : NAN;
 }
@@ -143,7 +143,7 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost) {
       Series series{contender.title, contender.style};
       for (const SweepRecord& record : records) {
         if (find_contender(all, record.settings) != &contender) continue;
-        series.points.push_back({cost_of(record, cost), drawn_merit(record)});
+        series.points.push_back({price_of(record, cost), drawn_merit(record)});
       }
       if (!series.points.empty()) lines.push_back(std::move(series));
     }
@@ -284,7 +284,7 @@ std::vector<TextTable> equal_cost_of_descendants(const std::vector<SweepRecord>&
         const SweepRecord* chosen = nullptr;
         for (const SweepRecord& record : own) {
           if (find_contender(all, record.settings) != &all[i]) continue;
-          if (!(cost_of(record, cost) <= slack * cost_of(*budget, cost))) continue;
+          if (!(price_of(record, cost) <= slack * price_of(*budget, cost))) continue;
           if (!chosen || record.metrics->row_solves > chosen->metrics->row_solves) chosen = &record;
         }
         const double merit = chosen ? merit_of(*chosen).value : 0;

@@ -4,12 +4,13 @@
 
 #include <utility>
 
-#include "render/embedded_file.h"
 #include "render/markup.h"
 #include "sim/math/base64.h"
 
-SUBSTEP_EMBEDDED_FILE(page_template, SUBSTEP_REPORT_PAGE "/document.html")
-SUBSTEP_EMBEDDED_FILE(page_style, SUBSTEP_REPORT_PAGE "/document.css")
+namespace substep::embedded {
+std::string_view document_html();
+std::string_view document_css();
+}  // namespace substep::embedded
 
 namespace substep::report {
 namespace {
@@ -109,9 +110,9 @@ std::string to_html(const Document& document) {
         break;
     }
   }
-  std::string style(page_style());
+  std::string style(embedded::document_css());
   std::erase(style, '\n');
-  return fmt::format(fmt::runtime(page_template()), fmt::arg("title", render::escaped(title)),
+  return fmt::format(fmt::runtime(embedded::document_html()), fmt::arg("title", render::escaped(title)),
                      fmt::arg("style", style), fmt::arg("body", body));
 }
 

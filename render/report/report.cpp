@@ -13,11 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "render/embedded_file.h"
 #include "render/report/report_tables.h"
 #include "sim/study/sweep_results.h"
 
-SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
+namespace substep::embedded {
+std::string_view report_md();
+}  // namespace substep::embedded
 
 namespace substep::report {
 namespace {
@@ -31,7 +32,7 @@ Pictures drawn_figures(const FigureSource& source, const std::function<void(doub
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
     if (!figure.from_sweep && !source.properties) continue;
     // Skip figures of other pages.
-    if (report_template().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
+    if (embedded::report_md().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
     // Skip figures for which the sweep has no data.
     if (!sheet.panels.empty()) pictures[figure.name] = report::drawn(sheet, PictureFormat::svg);
@@ -89,7 +90,7 @@ class Report {
   }
 
   Document page() {
-    for (const std::string& part : parts_of(report_template())) add(part);
+    for (const std::string& part : parts_of(embedded::report_md())) add(part);
     end_section();
     return std::move(page_);
   }

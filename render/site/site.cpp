@@ -8,7 +8,6 @@
 #include <new>
 #include <system_error>
 
-#include "render/embedded_file.h"
 #include "render/image.h"
 #include "render/markup.h"
 #include "render/player/player_page.h"
@@ -22,8 +21,10 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 
-SUBSTEP_EMBEDDED_FILE(site_page, SUBSTEP_SITE "/page.html")
-SUBSTEP_EMBEDDED_FILE(site_style, SUBSTEP_SITE "/site.css")
+namespace substep::embedded {
+std::string_view page_html();
+std::string_view site_css();
+}  // namespace substep::embedded
 
 namespace substep::render {
 namespace {
@@ -129,10 +130,10 @@ std::string html_of(std::string_view markdown, const std::vector<std::string>& n
 
 /// Returns a page of the site. `mark`: what its head has beside the title.
 std::string page_of(const std::string& title, std::string_view head, const std::string& body) {
-  return filled(site_page(), {{"title", escaped(title)},
-                              {"head", std::string(head)},
-                              {"style", std::string(site_style())},
-                              {"body", body}});
+  return filled(embedded::page_html(), {{"title", escaped(title)},
+                                        {"head", std::string(head)},
+                                        {"style", std::string(embedded::site_css())},
+                                        {"body", body}});
 }
 
 /// Returns index.html of a scene, beside player.html, poster.png and, with `film`, film.mp4.

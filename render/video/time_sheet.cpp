@@ -15,7 +15,7 @@
 namespace substep::render {
 namespace {
 
-constexpr Color dark{40, 43, 50};
+constexpr Color text_color{40, 43, 50};
 constexpr Color quiet{100, 105, 114};
 
 /// The layout in pixels. A sheet of a single time has several runs in a row; later rows may have one run
@@ -63,7 +63,7 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   const double base = grid.y(row) - 0.4 * size;
   const TextStyle bold{.size = size, .color = accent_on_white(run.panel), .bold = true};
   const std::string name = name_of(run.panel);
-  const TextStyle plain{.size = size, .color = dark};
+  const TextStyle plain{.size = size, .color = text_color};
   const double words_left = text_width(name, bold) + 0.5 * size;
   const bool fits = grid.most == 1 || words_left + text_width(words, plain) < grid.width_of(row);
   draw_text(image, grid.x(0, row), base, name, bold);
@@ -89,7 +89,7 @@ std::string note_on(const Comparison& comparison, const Run& run, std::size_t fr
 void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t row, const std::string& note,
                double size) {
   if (note.empty()) return;
-  const TextStyle style{.size = 0.9 * size, .color = dark, .bold = true};
+  const TextStyle style{.size = 0.9 * size, .color = text_color, .bold = true};
   const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
   const int x = grid.x(column, row) + grid.width_of(row) - wide;
   const int y = grid.y(row) + grid.height - grid.line;
@@ -112,7 +112,7 @@ void draw_head(Image& image, const Grid& grid, const TimeSheetSettings& settings
                const Comparison& comparison, const std::string& shared) {
   if (!settings.title.empty()) {
     draw_text(image, grid.left, grid.gap + settings.text, settings.title,
-              {.size = 1.2 * settings.text, .color = dark, .bold = true});
+              {.size = 1.2 * settings.text, .color = text_color, .bold = true});
   }
   const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
   const std::string legend = shared + (shared.empty() || notes.empty() ? "" : " · ") + notes;
@@ -166,7 +166,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
     const std::size_t frame = frames[column];
     draw_text(image, grid.x(column, 0), grid.top - 0.4 * settings.text,
               fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
-              {.size = settings.text, .color = dark, .bold = true});
+              {.size = settings.text, .color = text_color, .bold = true});
     for (std::size_t row = 0; row < runs; ++row) {
       const Run& run = comparison.runs[row];
       if (column == 0) draw_run(image, grid, row, run, titles.words[row], settings.text);

@@ -7,8 +7,6 @@
 namespace substep::scenes {
 namespace {
 
-constexpr double gravity = 9.81;
-
 /// Returns slats of a belt along X in two colours.
 Look slats(int count, const Vector3& size, double rounding, int segments) {
   std::array<Mesh, 2> meshes;

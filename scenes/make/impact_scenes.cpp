@@ -8,8 +8,6 @@
 namespace substep::scenes {
 namespace {
 
-constexpr double gravity = 9.81;
-
 GltfBuilder bouncing_balls() {
   constexpr double radius = 0.15;
   constexpr double drop = 1;

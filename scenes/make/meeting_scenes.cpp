@@ -5,7 +5,7 @@
 namespace substep::scenes {
 namespace {
 
-constexpr double radius = 0.05;  // m, of all balls
+constexpr double small_radius = 0.05;  // m, of all balls
 
 /// Returns the motion of a body of 1 kg along its node's +X.
 Motion moving(double speed) {
@@ -13,7 +13,7 @@ Motion moving(double speed) {
 }
 
 /// A lane between two rows of posts, for one ball or two.
-struct Lane {
+struct PassingLane {
   double speed;         // m/s
   double clearance;     // m, of its posts
   double angle;         // rad, from +X
@@ -22,11 +22,11 @@ struct Lane {
   Finish finish;
 };
 
-constexpr std::array<Lane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::terracotta},
-                                     {2, 0.008, -0.04, 0.65, 3.5, finish::mustard},
-                                     {3, 0.012, 0.03, 0.2, 5, finish::teal},
-                                     {4.5, 0.016, -0.05, -0.35, 0, finish::blue},
-                                     {6, 0.02, 0.04, -0.95, 0, finish::ivory}}};
+constexpr std::array<PassingLane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::terracotta},
+                                            {2, 0.008, -0.04, 0.65, 3.5, finish::mustard},
+                                            {3, 0.012, 0.03, 0.2, 5, finish::teal},
+                                            {4.5, 0.016, -0.05, -0.35, 0, finish::blue},
+                                            {6, 0.02, 0.04, -0.95, 0, finish::ivory}}};
 
 /// Adds a ball that moves along its node's +X and meets nothing. Expects it to keep its velocity and line.
 void send_past(GltfBuilder& gltf, const std::string& name, const Pose& pose, double speed,
@@ -50,8 +50,8 @@ GltfBuilder near_miss() {
   const int bouncing = gltf.bouncing_material(0.9);
   gltf.ground(bouncing);
 
-  const int round = gltf.sphere_shape(radius);
-  const int ball_geometry = gltf.geometry(ball(radius));
+  const int round = gltf.sphere_shape(small_radius);
+  const int ball_geometry = gltf.geometry(ball(small_radius));
   const int cylinder = gltf.cylinder_shape(post_radius, post_radius, post_height);
   const int square = gltf.box_shape({post_height / 2, post_height, post_height / 2});
   const int pin = gltf.mesh("pin", {{rod(post_height, post_radius, 0.006), finish::steel}});
@@ -59,7 +59,7 @@ GltfBuilder near_miss() {
       "stake", {{rounded(box({post_height / 2, post_height, post_height / 2}), 0.004), finish::walnut}});
 
   for (std::size_t i = 0; i < lanes.size(); ++i) {
-    const Lane& lane = lanes[i];
+    const PassingLane& lane = lanes[i];
     const std::string number = std::to_string(i + 1);
     const Pose middle = at(0, 0, lane.z) * turn(Y, lane.angle);
     const int look = gltf.mesh("ball_" + number, {{ball_geometry, lane.finish}});
@@ -69,7 +69,7 @@ GltfBuilder near_miss() {
     for (std::size_t k = 0; k < passes.size(); ++k) {
       const bool is_pin = (i + k) % 2 == 0;
       const double side = lane.oncoming > 0 || k < 2 ? 1 : -1;
-      const double z = side * (radius + lane.clearance + (is_pin ? post_radius : corner));
+      const double z = side * (small_radius + lane.clearance + (is_pin ? post_radius : corner));
       const Pose upright = middle * at(start + lane.speed * passes[k], post_height / 2, z);
       gltf.fixed_body("post_" + number + "_" + std::to_string(k + 1),
                       is_pin ? upright : upright * turn(Y, pi / 4), {is_pin ? cylinder : square, bouncing},
@@ -79,10 +79,10 @@ GltfBuilder near_miss() {
     // Send the balls, the second one backwards.
     const Collider collider{round, bouncing};
     const auto whole = throughout(0, duration);
-    send_past(gltf, "ball_" + number, middle * at(start, radius, 0), lane.speed, collider, look, whole);
+    send_past(gltf, "ball_" + number, middle * at(start, small_radius, 0), lane.speed, collider, look, whole);
     if (lane.oncoming > 0) {
-      const double beside = -2 * radius - lane.clearance;
-      const Pose pose = middle * at(lane.oncoming * duration / 2, radius, beside) * turn(Y, pi);
+      const double beside = -2 * small_radius - lane.clearance;
+      const Pose pose = middle * at(lane.oncoming * duration / 2, small_radius, beside) * turn(Y, pi);
       send_past(gltf, "oncoming_" + number, pose, lane.oncoming, collider, look, whole);
     }
   }
@@ -111,11 +111,12 @@ GltfBuilder seams() {
                    i % 2 == 0 ? finish::maple : finish::oak, 0.002);
   }
 
-  const int shapes[]{gltf.box_shape(block), gltf.sphere_shape(radius),
-                     gltf.cylinder_shape(radius, radius, 0.12)};
-  const Pose stands[]{at(0, block.y() / 2, 0), at(0, radius, 0), at(0, radius, 0) * turn(X, pi / 2)};
-  const int geometries[]{gltf.geometry(rounded(box(block), 0.004)), gltf.geometry(ball(radius)),
-                         gltf.geometry(rod(0.12, radius, 0.004))};
+  const int shapes[]{gltf.box_shape(block), gltf.sphere_shape(small_radius),
+                     gltf.cylinder_shape(small_radius, small_radius, 0.12)};
+  const Pose stands[]{at(0, block.y() / 2, 0), at(0, small_radius, 0),
+                      at(0, small_radius, 0) * turn(X, pi / 2)};
+  const int geometries[]{gltf.geometry(rounded(box(block), 0.004)), gltf.geometry(ball(small_radius)),
+                         gltf.geometry(rod(0.12, small_radius, 0.004))};
   const Finish finishes[]{finish::terracotta, finish::ivory, finish::teal};
   const char* const names[]{"box", "ball", "cylinder"};
   std::vector<std::string> bodies;
@@ -125,9 +126,9 @@ GltfBuilder seams() {
       const double speed = speeds[i];
       const std::string name = std::string(names[kind]) + "_" + std::to_string(i + 1);
       Motion motion = moving(speed);
-      if (kind == 1) motion.angular_velocity = {0, 0, -speed / radius};
+      if (kind == 1) motion.angular_velocity = {0, 0, -speed / small_radius};
       // The cylinder's own −Y is the row's −Z, about which it rolls.
-      if (kind == 2) motion.angular_velocity = {0, -speed / radius, 0};
+      if (kind == 2) motion.angular_velocity = {0, -speed / small_radius, 0};
       const Pose start = row * at(-speed * duration / 2, thickness, pitch * (3 * kind + i - 4));
       gltf.body(name, start * stands[kind], motion, {shapes[kind], kind == 0 ? smooth : grip}, look);
       bodies.push_back(name);
@@ -159,25 +160,26 @@ GltfBuilder struck() {
   constexpr double gap = 0.003;
   constexpr double run_up = 0.5;
   constexpr double thickness = 0.01;
-  constexpr double pitch = 2 * radius + gap;
+  constexpr double pitch = 2 * small_radius + gap;
   const Pose line = turn(Y, 0.2);
   const Vector3 along = line.orientation.toRotationMatrix().col(0);
 
   GltfBuilder gltf("struck", {.duration = duration, .poster = 0.1},
                    {.eye = {0.5, 2.2, 3.4}, .target = {0.1, 0, 0}, .yfov = 0.36});
   gltf.ground(gltf.bouncing_material(0));
-  const int round = gltf.sphere_shape(radius);
-  const int geometry = gltf.geometry(ball(radius));
+  const int round = gltf.sphere_shape(small_radius);
+  const int geometry = gltf.geometry(ball(small_radius));
   const int striking = gltf.mesh("striker", {{geometry, finish::terracotta}});
   const int hit = gltf.mesh("ball", {{geometry, finish::steel}});
 
   // Place a row of balls, each of which hands its speed on to the next.
   const int elastic = gltf.bouncing_material(1);
-  gltf.body("striker", line * at(-run_up - 2 * radius, radius, 0.6), moving(speed), {round, elastic},
-            striking);
+  gltf.body("striker", line * at(-run_up - 2 * small_radius, small_radius, 0.6), moving(speed),
+            {round, elastic}, striking);
   std::vector<std::string> stopped{"striker"};
   for (int i = 0; i < 5; ++i) {
-    gltf.body(numbered("ball", i + 1), line * at(i * pitch, radius, 0.6), moving(0), {round, elastic}, hit);
+    gltf.body(numbered("ball", i + 1), line * at(i * pitch, small_radius, 0.6), moving(0), {round, elastic},
+              hit);
     if (i < 4) stopped.push_back(numbered("ball", i + 1));
   }
   const std::string_view hands_on = "equal masses, restitution 1: each takes all the speed of the one before";
@@ -193,11 +195,11 @@ GltfBuilder struck() {
     const std::string name = lane.name;
     const double z = lane.restitution == 1 ? 0.2 : lane.restitution == 0 ? -0.6 : -0.2;
     const int material = gltf.bouncing_material(lane.restitution);
-    gltf.fixed_box(name + "_wall", {thickness, 0.2, 0.3}, line * at(radius + gap + thickness / 2, 0.1, z),
-                   material, finish::walnut, 0.002);
-    gltf.body(name + "_striker", line * at(-run_up - 2 * radius, radius, z), moving(speed), {round, material},
-              striking);
-    gltf.body(name + "_ball", line * at(0, radius, z), moving(0), {round, material}, hit);
+    gltf.fixed_box(name + "_wall", {thickness, 0.2, 0.3},
+                   line * at(small_radius + gap + thickness / 2, 0.1, z), material, finish::walnut, 0.002);
+    gltf.body(name + "_striker", line * at(-run_up - 2 * small_radius, small_radius, z), moving(speed),
+              {round, material}, striking);
+    gltf.body(name + "_ball", line * at(0, small_radius, z), moving(0), {round, material}, hit);
     const std::string_view source = "one impact after another, each with its restitution";
     const auto expect_velocity = [&](const std::string& body, double value) {
       gltf.expect({body + ": velocity at 0.4 s", "velocity", {body}, along}, at_time(duration), value,

@@ -8,7 +8,7 @@
 namespace substep::scenes {
 namespace {
 
-constexpr std::array woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
+constexpr std::array kapla_woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
 
 /// Returns a view from the front, above and slightly right; the picture holds `size`, m.
 Stage stage_of(const Vector3& target, double size, double friction) {
@@ -206,7 +206,7 @@ GltfBuilder sliding_boxes() {
   int number = 0;
   for (const double friction : {0.1, 0.3, 0.8}) {
     const std::string name = numbered("box", ++number);
-    Kind(gltf, name, Vector3::Constant(0.2), woods[static_cast<std::size_t>(number)], friction)
+    Kind(gltf, name, Vector3::Constant(0.2), kapla_woods[static_cast<std::size_t>(number)], friction)
         .add(name, at(0, 0.1, 0.5 * (number - 2)), {.mass = 1, .linear_velocity = {speed, 0, 0}});
     expect_sums(gltf, name, X, speed, -friction * dvi_gravity, 50,
                 "Newton, test_kamino_solvers_dvi.py 08d2: the sums of the steps");
@@ -255,7 +255,7 @@ GltfBuilder growing_cubes() {
                    stage_of({0, 7.5, 0}, 19, friction));
   double bottom = 0;
   double side = 1;
-  for (const Finish& wood : woods) {
+  for (const Finish& wood : kapla_woods) {
     const std::string name = numbered("cube", static_cast<int>(side));
     Kind(gltf, name, Vector3::Constant(side), wood, friction)
         .add(name, at(0, bottom + side / 2, 0), {.mass = side * side * side});
@@ -275,7 +275,7 @@ GltfBuilder friction_ways() {
     // The demo's pair has the geometric mean; here the ground has more friction than any box.
     const double friction = std::sqrt(0.5 * (5 - 0.5 * i));
     const std::string name = numbered("box", i);
-    Kind(gltf, name, {1, 0.5, 1}, woods[static_cast<std::size_t>(i) % 4], friction)
+    Kind(gltf, name, {1, 0.5, 1}, kapla_woods[static_cast<std::size_t>(i) % 4], friction)
         .add(name, at(0, 0.25, 2 * (i - 5)), {.mass = 0.5, .linear_velocity = {speed, 0, 0}});
     const double way = i == 10 ? speed * seconds : speed * speed / (20 * friction);
     gltf.expect({"", "way", {name}, X}, at_time(seconds), way, 0.01 * way,

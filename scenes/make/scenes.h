@@ -12,6 +12,7 @@
 namespace substep::scenes {
 
 inline constexpr double pi = std::numbers::pi;
+inline constexpr double gravity = 9.81;  ///< m/s²
 inline const Vector3 X = Vector3::UnitX();
 inline const Vector3 Y = Vector3::UnitY();
 inline const Vector3 Z = Vector3::UnitZ();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/round_shapes.h"
 
@@ -34,7 +33,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
     const double size = reach_of(collider.shape);
-    const double known_size = size > 0 ? size : std::numeric_limits<double>::infinity();
+    const double known_size = size > 0 ? size : infinity;
     candidates_.push_back(
         {&collider, collider.placement.position.norm() + size, known_size, is_curved(collider.shape)});
   }
@@ -262,7 +261,7 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   const double spare = before ? spare_margin * smaller_size(a, b) : 0;
   find_contacts(shape_a, poses_[a], shape_b, poses_[b], margin + spare, points_);
   if (points_.empty()) return;
-  double gap = std::numeric_limits<double>::infinity();
+  double gap = infinity;
   for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
   const double size = smaller_size(a, b);
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall_) &&

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -196,8 +195,8 @@ class ContactFinder {
   std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
   double approach_ = 0;           ///< of the last pair, beyond the resting speed, if it is an impact, m/s
   bool separates_ = false;        ///< the last pair separates
-  double first_impact_ = std::numeric_limits<double>::infinity();
-  double first_timed_impact_ = std::numeric_limits<double>::infinity();
+  double first_impact_ = infinity;
+  double first_timed_impact_ = infinity;
   std::vector<int> begins_;        ///< by collider a: of its points in State::contacts
   std::vector<int> patch_begins_;  ///< by collider a: of its patches in `patches_of_`
   std::vector<int> patches_of_;    ///< indices of State::patches

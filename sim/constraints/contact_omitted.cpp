@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/geometry/time_of_impact.h"
@@ -26,10 +25,10 @@ constexpr double deep = 0.05;
 /// Leaves out the meetings of a body after an impact that turns it aside, which may never happen, and its
 /// contacts with shapes that it leaves before such an impact. missed() finds those that happen.
 void ContactFinder::keep_first_impacts() {
-  first_impact_ = first_timed_impact_ = std::numeric_limits<double>::infinity();
+  first_impact_ = first_timed_impact_ = infinity;
   is_left_out_.assign(model_.masses.size(), false);
   if (meetings_.empty() || all_) return;
-  earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
+  earliest_.assign(model_.masses.size(), infinity);
   for (const Meeting& meeting : meetings_) {
     if (!meeting.turns_aside) continue;
     for (const std::uint32_t i : {meeting.a, meeting.b}) {

@@ -1,7 +1,6 @@
 // The contacts of two colliders: directions, friction, impacts, and the cached data of each point.
 
 #include <algorithm>
-#include <limits>
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/geometry/round_shapes.h"
@@ -266,7 +265,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   const double same =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
   double nearest = same * same;
-  double nearest_force = remembered.size() > 1 ? same * same : std::numeric_limits<double>::infinity();
+  double nearest_force = remembered.size() > 1 ? same * same : infinity;
   double left_over = 0;
   for (const ContactMemory& memory : remembered) {
     left_over = std::max(left_over, memory.left_over);

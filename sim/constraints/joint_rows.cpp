@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <limits>
 
 #include "sim/constraints/formulate.h"
 #include "sim/math/rotation.h"
@@ -24,15 +23,13 @@ namespace {
   row.response_b = response_b;
 }
 
-constexpr double unlimited = std::numeric_limits<double>::infinity();
-
 /// Sets a row that is rigid and two-sided. Its impulse stays, since a block may be formulated between
 /// iterations.
 void set_rigid(double beta, const Vector3& linear, Row& row) {
   row.linear = linear;
   row.beta = beta;
-  row.low = -unlimited;
-  row.high = unlimited;
+  row.low = -infinity;
+  row.high = infinity;
   row.softness = 0;
 }
 

@@ -1,7 +1,6 @@
 // Writes a step's rows as a problem for the direct solver, and stores the impulses of its solution.
 
 #include <algorithm>
-#include <limits>
 
 #include "sim/constraints/formulate.h"
 
@@ -24,7 +23,7 @@ class MlcpWriter {
     set_part(b, -1, linear, angular_b, out.part_b);
     out.right = beta - linear.dot(v_local_[a].linear - v_local_[b].linear) -
                 angular_a.dot(v_local_[a].angular) - angular_b.dot(v_local_[b].angular);
-    out.low = -std::numeric_limits<double>::infinity();
+    out.low = -infinity;
     out.high = -out.low;
     mlcp_.rows.push_back(out);
     return mlcp_.rows.back();

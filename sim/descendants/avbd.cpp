@@ -20,7 +20,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/math/rotation.h"
 
@@ -33,7 +32,6 @@ constexpr double largest_penalty = 1e10;
 constexpr double slower_growth = 0.01;           // of angular rows
 constexpr double sticking_distance = 1e-5;       // m
 constexpr double least_inverse_inertia = 1e-30;  // of bodies that do not turn, 1/(kg m²)
-constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// Returns the rotation vector from one orientation to another, in their frame.
 Vector3 turn(const Quaternion& from, const Quaternion& to) {
@@ -56,7 +54,7 @@ AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& setting
                  -h * row.beta,
                  settings.alpha * gamma * force,
                  decayed(penalty),
-                 unlimited,
+                 infinity,
                  settings.beta,
                  row.low / h,
                  row.high / h};
@@ -83,8 +81,8 @@ void add_contact(const Contact& contact, const Problem& problem, const std::vect
     const Jacobian row = contact_jacobian(contact, problem, k);
     const double gap = k == 0 ? row.linear.dot(apart) + contact.gap_offset : displacement[k];
     work.rows.push_back({row, start_value(gap, k == 0, settings.alpha),
-                         settings.alpha * gamma * contact.force[k], decayed(contact.stiffness[k]), unlimited,
-                         settings.beta, k == 0 ? 0 : -unlimited, unlimited});
+                         settings.alpha * gamma * contact.force[k], decayed(contact.stiffness[k]), infinity,
+                         settings.beta, k == 0 ? 0 : -infinity, infinity});
   }
 }
 
@@ -249,7 +247,7 @@ void update_forces(double h, Problem& problem, const std::vector<Coordinates>& q
     const Impulse force = forces_of(work, x, value, &holds);
     for (int k = 0; k < x.rows; ++k) {
       AvbdRow& row = work.rows[x.first + k];
-      if (row.stiffness < unlimited) continue;
+      if (row.stiffness < infinity) continue;
       row.force = force[k];  // (11)
       const bool is_within = force[k] > row.low && force[k] < row.high && (k == 0 || holds);
       if (is_within)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -23,7 +22,7 @@ constexpr double shift_of_slow_loops = 1e-8;
 constexpr int rounds_until_slow = 3;
 constexpr double accurate = 1e-12;  // residual; ten rods with 1000 kg at their end: 1e-13 without refinement
 constexpr int most_refinements = 3;
-constexpr int most_idle = 12;
+constexpr int most_idle_rounds = 12;
 constexpr int group_size = 3;
 
 /// Sets of connected bodies, as a union-find.
@@ -185,7 +184,7 @@ double JointSolver::residual(const Mlcp& problem) {
     scale_ = std::max(scale_, row.right * row.right * inverse_gamma_[i]);
     sum += squared;
   });
-  if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+  if (!std::isfinite(sum)) return infinity;
   return scale_ > 0 ? std::sqrt(largest / scale_) : 0;
 }
 
@@ -234,9 +233,9 @@ bool JointSolver::solve_tree(const Mlcp& problem, MlcpReport& report) {
 
 bool JointSolver::solve_loops(const Mlcp& problem, MlcpReport& report) {
   if (!factor(problem, shift_of_loops)) return false;
-  report.residual = std::numeric_limits<double>::infinity();
+  report.residual = infinity;
   bool is_slow = false;
-  for (int round = 1, idle = 0; idle <= most_idle; ++round) {
+  for (int round = 1, idle = 0; idle <= most_idle_rounds; ++round) {
     step_ = left_;
     factor_.solve(step_);
     for (std::size_t i = 0; i < groups_.size(); ++i) multipliers_[i] += step_[i];

@@ -20,7 +20,6 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 constexpr int dimension = 3;
 constexpr int most_contacts = 1000;
 constexpr int most_bodies = 1000000;
-constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// A reader of a text word by word, with the line of the last word.
 class Words {
@@ -158,7 +157,7 @@ FrozenProblem parse_siconos(std::string_view text, const std::string& what) {
   problem.matrix.resize(size, size);
   problem.matrix.setFromTriplets(values.begin(), values.end());
   for (int i = 0; i < size; ++i) {
-    Mlcp::Row row{-1, -1, Vector6::Zero(), Vector6::Zero(), -words.real("a value of q"), 0, infinite, 0};
+    Mlcp::Row row{-1, -1, Vector6::Zero(), Vector6::Zero(), -words.real("a value of q"), 0, infinity, 0};
     if (i % dimension != 0) row.normal = i - i % dimension;
     problem.mlcp.rows.push_back(row);
   }
@@ -202,7 +201,7 @@ std::vector<std::array<int, dimension>> rows_of_contacts(const Mlcp& mlcp) {
   std::vector<std::array<int, dimension>> contacts;
   for (int i = 0; i < static_cast<int>(mlcp.rows.size()); ++i) {
     const Mlcp::Row& row = mlcp.rows[i];
-    if (row.normal < 0 && row.low == 0 && row.high == infinite) {
+    if (row.normal < 0 && row.low == 0 && row.high == infinity) {
       contacts.push_back({i, -1, -1});
     } else if (are_tangents(mlcp, i) && !contacts.empty() && contacts.back()[0] == row.normal) {
       contacts.back() = {row.normal, i, i + 1};

@@ -1,7 +1,6 @@
 #include "sim/direct/mlcp.h"
 
 #include <cstring>
-#include <limits>
 
 namespace substep {
 namespace {
@@ -118,7 +117,7 @@ double MlcpSolver::natural_residual() {
     largest = std::max(largest, std::abs(natural_[i]) * root);
     sum += natural_[i];
   }
-  if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+  if (!std::isfinite(sum)) return infinity;
   return scale_ > 0 ? largest / scale_ : 0;
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/direct/mlcp.h"
 
@@ -21,7 +20,6 @@ constexpr double fraction_of_length = 0.99;
 /// the normal, limit such a step. Without it a pile of 250 ends with a residual of 6e-3.
 constexpr double short_step = 0.2;
 constexpr double fraction_of_own_length = 0.9;
-constexpr double endless = std::numeric_limits<double>::infinity();
 
 /// Returns the largest s <= `most` up to which `x0` + s `d0` >= |`x` + s `d`|.
 double length_in_cone(double x0, const Vector2& x, double d0, const Vector2& d, double most) {
@@ -175,7 +173,7 @@ void MlcpSolver::set_directions(double t) {
 
 /// Returns the fraction of its step after which a unit reaches its limits.
 double MlcpSolver::length_of_step(const Unit& unit) {
-  double length = endless;
+  double length = infinity;
   const auto reach = [&](double value, double change) {
     if (change < 0) length = std::min(length, -value / change);
   };
@@ -194,7 +192,7 @@ double MlcpSolver::length_of_step(const Unit& unit) {
 }
 
 double MlcpSolver::common_length() const {
-  double length = endless;
+  double length = infinity;
   for (const Unit& unit : units_) length = std::min(length, length_of_step(unit));
   return length;
 }
@@ -269,7 +267,7 @@ bool MlcpSolver::solve_interior() {
     lambda_[unit.row[0]] = unit.lambda[0] * scale_ / root_gamma_[unit.row[0]];
   }
   velocities();
-  double least = endless;
+  double least = infinity;
   for (int step = 0, idle = 0; step < most_steps && idle < most_idle_steps; ++step) {
     set_rests();
     factor_units();

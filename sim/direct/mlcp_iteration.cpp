@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/direct/mlcp.h"
 
@@ -21,7 +20,7 @@ constexpr double solved_about_centre = 0.1;
 constexpr int sets_of_guess = 3;
 constexpr double promising = 0.1;
 constexpr int most_rounds = 400;
-constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
+constexpr int most_idle_moves = 12;  // moves of the centre that leave the residual as it is
 constexpr int most_sets_about_centre = 12;
 
 /// Softness across the slip, over Γ_xx, where the limit is almost 0: practically infinite.
@@ -72,7 +71,7 @@ class Progress {
   }
 
  private:
-  double least_ = std::numeric_limits<double>::infinity();
+  double least_ = infinity;
   int idle_ = 0;
 };
 
@@ -192,7 +191,7 @@ bool MlcpSolver::solve_active_sets(Start start) {
         is_redundant = true;
         break;
       }
-      if (report_.residual <= 1e-13 || idle > (report_.residual <= tolerance ? 1 : most_idle)) break;
+      if (report_.residual <= 1e-13 || idle > (report_.residual <= tolerance ? 1 : most_idle_moves)) break;
       centre_ = lambda_;
       sets_about_centre = 0;
     }
@@ -249,7 +248,7 @@ bool MlcpSolver::solve_by_centres() {
   Progress progress;
   for (int sets = 0; sets < most_sets;) {
     centre_ = lambda_;
-    double whole = std::numeric_limits<double>::infinity();
+    double whole = infinity;
     double left = whole;  // of the problem about the centre
     int about_centre = 0;
     while (about_centre < most_sets_in_move && !(left < settled * whole)) {

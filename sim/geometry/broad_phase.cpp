@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact.h"
 #include "sim/math/sort_nearly_sorted.h"
 
 namespace substep {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 bool overlap(const Bounds& a, const Bounds& b, int axis) {
   return a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
@@ -153,13 +149,13 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
   // list has boxes too wide for a lane.
   const std::uint32_t wide = rows.count * columns.count;
   heads_.reserve(most * most + 1);
-  heads_.assign(wide + 1, none);
+  heads_.assign(wide + 1, no_index);
   next_.resize(count);
   for (const Entry& entry : order_) {
     const Bounds& box = boxes[entry.box];
     if (has_nan(box)) continue;
     const auto search = [&](std::uint32_t& head) {
-      for (std::uint32_t* link = &head; *link != none;) {
+      for (std::uint32_t* link = &head; *link != no_index;) {
         const std::uint32_t other = *link;
         ++pairs_tested_;
         if (boxes[other].upper[sweep] < entry.lower) {

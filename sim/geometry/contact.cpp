@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "sim/geometry/contact_pairs.h"
 
@@ -91,7 +90,6 @@ Bounds bounds_of(const Sphere& sphere, const Pose& pose) {
 }
 
 Bounds bounds_of(const Plane& /*plane*/, const Pose& pose) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   Bounds result{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
   const Vector3 normal = pose.orientation * Vector3::UnitY();
   for (int axis = 0; axis < 3; ++axis) {

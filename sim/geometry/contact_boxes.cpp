@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact_pairs.h"
 #include "sim/geometry/features.h"
@@ -14,8 +13,6 @@ namespace {
 /// Fraction of the size within which corners beyond four are left out where their neighbours cover them:
 /// slightly turned faces cut each other's corners.
 constexpr double slight = 1e-3;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct WorldBox {
   Vector3 centre;
@@ -75,12 +72,12 @@ void simplify(Corners& corners, double distance) {
   }
 }
 
-struct FaceAxis {
+struct BoxFaceAxis {
   double separation = -infinity;
   int axis = 0;
 };
 
-struct EdgeAxis {
+struct BoxEdgeAxis {
   double separation = -infinity;
   int of_a = 0;
   int of_b = 0;
@@ -274,9 +271,9 @@ class BoxPair {
   Relative b_in_a_;
   Relative a_in_b_;
   Matrix3 absolute_;  ///< |b_in_a_.axes|
-  FaceAxis face_a_;
-  FaceAxis face_b_;
-  EdgeAxis edge_;
+  BoxFaceAxis face_a_;
+  BoxFaceAxis face_b_;
+  BoxEdgeAxis edge_;
 };
 
 }  // namespace

@@ -2,16 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact_pairs.h"
 #include "sim/math/find_root.h"
 
 namespace substep {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 /// Neighbours that rise above a direction's plane by no more than this slope do not forbid it: vertices
 /// stored in single precision are off by as much.
@@ -20,19 +16,19 @@ constexpr double level = 1e-6;
 thread_local std::vector<Vector3> polygon_memory;
 
 /// A direction from b to a, and the separation along it.
-struct Axis {
+struct FacetsAxis {
   double separation = -infinity;
   Vector3 normal = Vector3::Zero();
 };
 
-struct FaceAxis : Axis {
+struct FacetsFaceAxis : FacetsAxis {
   bool of_b = false;
   std::uint32_t face = 0;  ///< of b, or the disc of a
 };
 
-struct EdgeAxis : Axis {
-  std::uint32_t arc = none;   ///< of b
-  bool of_neighbour = false;  ///< it is the normal of the triangle next to b
+struct FacetsEdgeAxis : FacetsAxis {
+  std::uint32_t arc = no_index;  ///< of b
+  bool of_neighbour = false;     ///< it is the normal of the triangle next to b
 };
 
 /// Returns the unit vector at a fraction of the way along the chord from one to another.
@@ -55,14 +51,14 @@ class RevolvedSearch {
     }
     if (!a_.is_ball_ended && !search_discs()) return;
     for (const Vector3& n : b_.around) {
-      if (!consider(n, none, true)) return;
+      if (!consider(n, no_index, true)) return;
     }
     for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
       if (!search_arc(i)) return;
     }
     for (std::uint32_t v = 0; v < b_.vertices.size(); ++v) {
       const std::optional<Vector3> direction = a_.direction_to(b_.vertices[v]);
-      if (direction && !consider(-*direction, none, false)) return;
+      if (direction && !consider(-*direction, no_index, false)) return;
     }
     add_contacts();
   }
@@ -76,7 +72,7 @@ class RevolvedSearch {
     const double separation = -a_.height(-n) - b_.height(n, vertex);
     if (separation <= edge_.separation) return true;
     // The directions of an edge are those in which it pushes.
-    if (arc == none && !of_neighbour && !b_.pushes(n, vertex)) return true;
+    if (arc == no_index && !of_neighbour && !b_.pushes(n, vertex)) return true;
     edge_ = {{separation, n}, arc, of_neighbour};
     return separation < margin_;
   }
@@ -171,7 +167,8 @@ class RevolvedSearch {
     if (b_.mesh && edge_first) add_face_contacts();
     if (b_.mesh || std::max(edge_.separation, face_.separation) > 0) return;
     // Overlapping polytopes and solids have a contact, whatever rounding did.
-    const Axis& best = edge_.separation > face_.separation ? static_cast<const Axis&>(edge_) : face_;
+    const FacetsAxis& best =
+        edge_.separation > face_.separation ? static_cast<const FacetsAxis&>(edge_) : face_;
     Manifold(best.normal, size_, margin_, out_).add_point(a_.support(-best.normal), best.separation);
   }
 
@@ -205,7 +202,7 @@ class RevolvedSearch {
   /// Returns the edge of b that is highest along the axis to within `near` and most along a's line; a vertex
   /// if there is none.
   Segment edge_of_b(const Segment& of_a, double near) const {
-    if (edge_.arc != none) {
+    if (edge_.arc != no_index) {
       return {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
     }
     std::uint32_t vertex = 0;
@@ -229,8 +226,8 @@ class RevolvedSearch {
   double size_;
   double margin_;
   Contacts& out_;
-  FaceAxis face_;
-  EdgeAxis edge_;
+  FacetsFaceAxis face_;
+  FacetsEdgeAxis edge_;
 };
 
 }  // namespace
@@ -281,7 +278,7 @@ void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector
     longest = std::max(longest, along.squaredNorm());
     const Vector3 beside = along.cross(normal).normalized();
     continues[i] = false;
-    if (neighbours[i] == TriangleMesh::none) {
+    if (neighbours[i] == no_index) {
       arcs.push_back({i, next, normal, beside});
       if (from.two_sided) arcs.push_back({i, next, beside, -normal});
       continue;

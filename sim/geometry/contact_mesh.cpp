@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_pairs.h"
@@ -12,24 +11,21 @@
 namespace substep {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-
 /// A direction from b to a, and the separation along it.
-struct Axis {
+struct MeshAxis {
   double separation = -infinity;
   Vector3 normal = Vector3::Zero();
 };
 
-struct FaceAxis : Axis {
+struct MeshFaceAxis : MeshAxis {
   bool of_b = false;
   std::uint32_t face = 0;  ///< of a, where it is not of b
 };
 
-struct EdgeAxis : Axis {
-  std::uint32_t arc = none;    ///< of b
-  std::uint32_t arc_a = none;  ///< of a
-  bool of_neighbour = false;   ///< it is the normal of the triangle next to b
+struct MeshEdgeAxis : MeshAxis {
+  std::uint32_t arc = no_index;    ///< of b
+  std::uint32_t arc_a = no_index;  ///< of a
+  bool of_neighbour = false;       ///< it is the normal of the triangle next to b
 };
 
 /// Largest angle between the normals of contacts of one face, rad.
@@ -68,7 +64,7 @@ class TriangleSearch {
     for (const Vector3& n : b_.around) {
       const double separation = separation_along(n);
       if (separation >= margin_) return;
-      if (separation > edge_.separation) edge_ = {{separation, n}, none, none, true};
+      if (separation > edge_.separation) edge_ = {{separation, n}, no_index, no_index, true};
     }
     for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
       if (!search_arc(i)) return;
@@ -79,7 +75,7 @@ class TriangleSearch {
     if (!edge_first && add_face_contacts()) return;
     // Far below the face's, an edge's direction is not the one in which the two meet.
     const bool is_near = edge_.separation > face_.separation - preference;
-    if (is_near && edge_.arc != none) {
+    if (is_near && edge_.arc != no_index) {
       const Segment of_a = edge_of(a_, edge_.arc_a);
       const Segment of_b = edge_of(b_, edge_.arc);
       Manifold manifold(edge_.normal, size_, margin_, out_);
@@ -106,7 +102,7 @@ class TriangleSearch {
     const Vector3& front = b_.face_normals[0];
     face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
     if (face_.separation >= margin_) return false;
-    FaceAxis of_a;
+    MeshFaceAxis of_a;
     for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
       const Vector3 n = -a_.face_normals[f];
       const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
@@ -172,8 +168,8 @@ class TriangleSearch {
   double size_;
   double margin_;
   Contacts& out_;
-  FaceAxis face_;
-  EdgeAxis edge_;
+  MeshFaceAxis face_;
+  MeshEdgeAxis edge_;
 };
 
 /// Puts the corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull.

@@ -7,16 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact_pairs.h"
 #include "sim/geometry/features.h"
 
 namespace substep {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
   return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
@@ -47,8 +43,8 @@ struct EdgeCandidate : PolytopeEdge {
   std::uint32_t edge;
 };
 
-/// Scratch memory that all pairs share.
-struct Scratch {
+/// PolytopeMemory memory that all pairs share.
+struct PolytopeMemory {
   std::vector<FaceKnowledge> faces_a;
   std::vector<FaceKnowledge> faces_b;
   std::vector<EdgeCandidate> edges_a;
@@ -58,7 +54,7 @@ struct Scratch {
   std::vector<double> distances;
 
   /// Reserves memory for boxes: those that lie flat in the first step may need their edges later.
-  Scratch() {
+  PolytopeMemory() {
     constexpr std::size_t edges_of_box = 12;
     edges_a.reserve(edges_of_box);
     edges_b.reserve(edges_of_box);
@@ -68,14 +64,14 @@ struct Scratch {
   }
 };
 
-thread_local Scratch scratch;
+thread_local PolytopeMemory memory;
 
-struct FaceAxis {
+struct PolytopeFaceAxis {
   double separation = -infinity;
   std::uint32_t face = 0;
 };
 
-struct EdgeAxis {
+struct PolytopeEdgeAxis {
   double separation = -infinity;
   Vector3 axis = Vector3::Zero();  ///< unit, from a to b, frame of a
   std::uint32_t of_a = 0;
@@ -96,16 +92,16 @@ double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t&
 
 /// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
 /// `margin`.
-FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
-                      std::vector<FaceKnowledge>& faces) {
+PolytopeFaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
+                              std::vector<FaceKnowledge>& faces) {
   const Vector3 centre = q_in_p.point(q.centre);
   faces.resize(p.face_count());
   std::uint32_t highest = 0;
   for (std::uint32_t f = 0; f < p.face_count(); ++f) {
-    faces[f] = {p.face_normals[f].dot(centre) - p.face_offsets[f], none};
+    faces[f] = {p.face_normals[f].dot(centre) - p.face_offsets[f], no_index};
     if (faces[f].height > faces[highest].height) highest = f;
   }
-  FaceAxis best;
+  PolytopeFaceAxis best;
   const auto measure = [&](std::uint32_t f) {
     const Vector3& normal = p.face_normals[f];
     const double base = normal.dot(q_in_p.position) - p.face_offsets[f];
@@ -134,7 +130,7 @@ void for_each_candidate(const Polytope& p, const Polytope& q, const Placement& q
     if (largest_between(faces[f].height, faces[g].height, cosine) - q.inner_radius <= threshold) continue;
     // … and as its vertices that are lowest over the two faces.
     const auto is_below = [&](std::uint32_t witness) {
-      if (witness == none) return false;
+      if (witness == no_index) return false;
       const Vector3 vertex = q_in_p.point(q.vertices[witness]);
       return largest_between(n.dot(vertex) - p.face_offsets[f], m.dot(vertex) - p.face_offsets[g], cosine) <=
              threshold;
@@ -152,9 +148,9 @@ class PolytopePair {
       : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), margin_(margin), out_(out) {}
 
   void find() {
-    face_a_ = search_faces(a_, b_, b_in_a_, margin_, scratch.faces_a);
+    face_a_ = search_faces(a_, b_, b_in_a_, margin_, memory.faces_a);
     if (face_a_.separation >= margin_) return;
-    face_b_ = search_faces(b_, a_, a_in_b_, margin_, scratch.faces_b);
+    face_b_ = search_faces(b_, a_, a_in_b_, margin_, memory.faces_b);
     if (face_b_.separation >= margin_) return;
     const double face = std::max(face_a_.separation, face_b_.separation);
     search_edges(face + face_preference(face, size_));
@@ -181,25 +177,25 @@ class PolytopePair {
  private:
   /// Finds the axis of two edges with the largest separation above `threshold`.
   void search_edges(double threshold) {
-    scratch.edges_a.clear();
-    scratch.edges_b.clear();
+    memory.edges_a.clear();
+    memory.edges_b.clear();
     const auto add = [](std::vector<EdgeCandidate>& edges, std::uint32_t edge, const Segment& ends,
                         const Vector3& n, const Vector3& m) {
       edges.push_back({{ends.from, ends.to - ends.from, {n, m}, n.cross(m)}, edge});
     };
-    for_each_candidate(a_, b_, b_in_a_, scratch.faces_a, threshold, [&](std::uint32_t e) {
+    for_each_candidate(a_, b_, b_in_a_, memory.faces_a, threshold, [&](std::uint32_t e) {
       const auto& [f, g] = a_.edge_faces[e];
-      add(scratch.edges_a, e, edge_of(a_, e), a_.face_normals[f], a_.face_normals[g]);
+      add(memory.edges_a, e, edge_of(a_, e), a_.face_normals[f], a_.face_normals[g]);
     });
-    if (scratch.edges_a.empty()) return;
-    for_each_candidate(b_, a_, a_in_b_, scratch.faces_b, threshold, [&](std::uint32_t e) {
+    if (memory.edges_a.empty()) return;
+    for_each_candidate(b_, a_, a_in_b_, memory.faces_b, threshold, [&](std::uint32_t e) {
       const auto& [f, g] = b_.edge_faces[e];
-      add(scratch.edges_b, e, b_in_a_.segment(edge_of(b_, e)), -(b_in_a_.rotation * b_.face_normals[f]),
+      add(memory.edges_b, e, b_in_a_.segment(edge_of(b_, e)), -(b_in_a_.rotation * b_.face_normals[f]),
           -(b_in_a_.rotation * b_.face_normals[g]));
     });
     double best = threshold;
-    for (const EdgeCandidate& ea : scratch.edges_a) {
-      for (const EdgeCandidate& eb : scratch.edges_b) {
+    for (const EdgeCandidate& ea : memory.edges_a) {
+      for (const EdgeCandidate& eb : memory.edges_b) {
         Vector3 axis;
         if (!cross_edges(ea, eb, axis)) continue;
         if (axis.dot(eb.from - ea.from) <= best) continue;
@@ -252,29 +248,29 @@ class PolytopePair {
     const double tolerance = flush_share * size_;
 
     load_incident_face(q, q_in_p, normal, tolerance);
-    Vector3 lowest_corner = scratch.polygon[0];
-    for (const Vector3& corner : scratch.polygon) {
+    Vector3 lowest_corner = memory.polygon[0];
+    for (const Vector3& corner : memory.polygon) {
       if (normal.dot(corner) < normal.dot(lowest_corner)) lowest_corner = corner;
     }
     for_each_side(p, face, [&](const Vector3& corner, const Vector3& outward) {
       const Vector3 unit = outward.normalized();
       const auto outside = [&](const Vector3& point) { return unit.dot(point - corner); };
-      if (cut_polygon(scratch.polygon, scratch.kept, scratch.distances, tolerance, outside)) {
-        scratch.polygon.swap(scratch.kept);
+      if (cut_polygon(memory.polygon, memory.kept, memory.distances, tolerance, outside)) {
+        memory.polygon.swap(memory.kept);
       }
     });
 
     double least = infinity;
-    for (const Vector3& corner : scratch.polygon) least = std::min(least, normal.dot(corner) - offset);
+    for (const Vector3& corner : memory.polygon) least = std::min(least, normal.dot(corner) - offset);
     // Where the lowest point is cut away, this is not the face at which the two meet.
     const double separation = (reference_is_b ? face_b_ : face_a_).separation;
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
-      scratch.polygon.assign(1, lowest_corner);
+      memory.polygon.assign(1, lowest_corner);
     }
     const Pose& pose = reference_is_b ? pose_b_ : pose_a_;
     const Vector3 outward = pose.orientation * normal;
-    for (const Vector3& corner : scratch.polygon) {
+    for (const Vector3& corner : memory.polygon) {
       const double height = normal.dot(corner) - offset;
       if (height >= margin_) continue;
       const Vector3 on_incident = pose * corner;
@@ -285,7 +281,7 @@ class PolytopePair {
     return true;
   }
 
-  /// Puts into scratch.polygon the face of q that looks most against `normal` among those that have q's
+  /// Puts into memory.polygon the face of q that looks most against `normal` among those that have q's
   /// lowest vertex, in the frame of p.
   void load_incident_face(const Polytope& q, const Placement& q_in_p, const Vector3& normal,
                           double tolerance) {
@@ -305,11 +301,11 @@ class PolytopePair {
       }
     }
     // Give both buffers the size of the larger, since they swap at each cut.
-    scratch.polygon.clear();
-    scratch.polygon.reserve(scratch.kept.capacity());
-    scratch.kept.reserve(scratch.polygon.capacity());
+    memory.polygon.clear();
+    memory.polygon.reserve(memory.kept.capacity());
+    memory.kept.reserve(memory.polygon.capacity());
     for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
-      scratch.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
+      memory.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
     }
   }
 
@@ -322,9 +318,9 @@ class PolytopePair {
   double size_ = 2 * std::min(a_.bounding_radius, b_.bounding_radius);
   double margin_;
   Contacts& out_;
-  FaceAxis face_a_;
-  FaceAxis face_b_;
-  EdgeAxis edge_;
+  PolytopeFaceAxis face_a_;
+  PolytopeFaceAxis face_b_;
+  PolytopeEdgeAxis edge_;
 };
 
 /// The vertices, edges and faces of a placed polytope that reach into the slab before a plane.

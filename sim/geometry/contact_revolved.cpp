@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_pairs.h"
@@ -11,8 +10,6 @@
 
 namespace substep {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 thread_local Facets facets;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "sim/geometry/contact_pairs.h"
@@ -11,8 +10,6 @@
 
 namespace substep {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Fraction of the shape's size within which two points give no direction.
 constexpr double coincident = 1e-9;

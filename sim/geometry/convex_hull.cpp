@@ -55,14 +55,14 @@ void measure(Polytope& polytope) {
   for (const Vector3& vertex : polytope.vertices) {
     polytope.bounding_radius = std::max(polytope.bounding_radius, (vertex - polytope.centre).norm());
   }
-  polytope.inner_radius = std::numeric_limits<double>::infinity();
+  polytope.inner_radius = infinity;
   for (std::size_t f = 0; f + 1 < polytope.face_begin.size(); ++f) {
     const std::span<const std::uint32_t> corners{polytope.face_vertices.data() + polytope.face_begin[f],
                                                  polytope.face_vertices.data() + polytope.face_begin[f + 1]};
     const Vector3 normal = area_vector(polytope.vertices, corners).normalized();
     // Take the outermost corner, so that the polytope lies below the face's plane even if the corners of a
     // merged face are not quite in one plane.
-    double offset = -std::numeric_limits<double>::infinity();
+    double offset = -infinity;
     for (const std::uint32_t corner : corners) {
       offset = std::max(offset, normal.dot(polytope.vertices[corner]));
     }
@@ -174,8 +174,6 @@ class FaceMerger {
   }
 
  private:
-  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-
   struct OuterSide {
     std::uint32_t from, to;
     auto operator<=>(const OuterSide&) const = default;
@@ -183,7 +181,7 @@ class FaceMerger {
 
   /// Gives each triangle the number of its face's first triangle.
   void group() {
-    std::vector<Triangle> neighbours(triangles_.size(), {none, none, none});
+    std::vector<Triangle> neighbours(triangles_.size(), {no_index, no_index, no_index});
     for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
       neighbours[sides_[i].face][sides_[i].corner] = sides_[i + 1].face;
       neighbours[sides_[i + 1].face][sides_[i + 1].corner] = sides_[i].face;
@@ -197,7 +195,7 @@ class FaceMerger {
     }
     std::ranges::sort(order);
     for (const auto& [negative_area, seed] : order) {
-      if (group_[seed] == none) flood(seed, areas[seed].normalized(), neighbours);
+      if (group_[seed] == no_index) flood(seed, areas[seed].normalized(), neighbours);
     }
   }
 
@@ -216,7 +214,7 @@ class FaceMerger {
       const std::uint32_t current = front.back();
       front.pop_back();
       for (const std::uint32_t other : neighbours[current]) {
-        if (other == none || group_[other] != none || !belongs(other)) continue;
+        if (other == no_index || group_[other] != no_index || !belongs(other)) continue;
         group_[other] = seed;
         front.push_back(other);
       }
@@ -243,7 +241,7 @@ class FaceMerger {
   std::span<const Triangle> triangles_;
   double tolerance_;
   std::vector<FaceSide> sides_ = sorted_sides(triangles_, points_.size());
-  std::vector<std::uint32_t> group_ = std::vector(triangles_.size(), none);
+  std::vector<std::uint32_t> group_ = std::vector(triangles_.size(), no_index);
   std::vector<std::uint32_t> seeds_;  ///< largest first
 };
 

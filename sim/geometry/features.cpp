@@ -16,14 +16,14 @@ struct Pair {
   double turn = 0;  ///< grows with the angle round the disc
 };
 
-struct Scratch {
+struct FeatureMemory {
   std::vector<Pair> pairs;
   std::vector<Vector3> polygon;
   std::vector<Vector3> kept;
   std::vector<double> distances;
 };
 
-thread_local Scratch scratch;
+thread_local FeatureMemory feature_memory;
 
 /// Returns the point of a plane opposite to `point` along `direction`.
 Vector3 onto_plane(const Vector3& point, const Vector3& direction, const Vector3& in_plane,
@@ -85,15 +85,16 @@ bool is_over(const Polygon& polygon, const Vector3& direction, const Vector3& po
   return true;
 }
 
-/// The order of points around a disc, from its lowest point over a plane. Collects pairs in scratch memory.
+/// The order of points around a disc, from its lowest point over a plane. Collects pairs in feature_memory
+/// memory.
 struct RoundOrder {
   RoundOrder(const Disc& disc, const Vector3& plane_normal)
       : centre(disc.centre), start(downhill(disc, plane_normal)), side(disc.normal.cross(start)) {
-    scratch.pairs.clear();
+    feature_memory.pairs.clear();
   }
   void collect(const Vector3& on_disc, const Vector3& on_other) const {
     const Vector3 from = on_disc - centre;
-    scratch.pairs.push_back({on_disc, on_other, turn_of(start.dot(from), side.dot(from))});
+    feature_memory.pairs.push_back({on_disc, on_other, turn_of(start.dot(from), side.dot(from))});
   }
 
   Vector3 centre;
@@ -182,7 +183,7 @@ void Manifold::push(const Vector3& one, const Vector3& other, bool swapped) {
 }
 
 void Manifold::push_round(double near) {
-  std::vector<Pair>& pairs = scratch.pairs;
+  std::vector<Pair>& pairs = feature_memory.pairs;
   std::ranges::sort(pairs, {}, &Pair::turn);
   const auto are_one = [&](std::size_t i, std::size_t j) {
     return (pairs[i].on_disc - pairs[j].on_disc).norm() <= near;
@@ -313,7 +314,7 @@ void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   const Polygon& reference = reference_is_b ? b : a;
   const Polygon& incident = reference_is_b ? a : b;
   const double tolerance = flush_share * size_;
-  auto& [pairs, polygon, kept, distances] = scratch;
+  auto& [pairs, polygon, kept, distances] = feature_memory;
   // Give both buffers the size of the larger, since they swap at each cut.
   polygon.reserve(kept.capacity());
   kept.reserve(polygon.capacity());

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -41,7 +40,7 @@ SegmentParameters closest_parameters(const Segment& a, const Segment& b);
 
 /// The closest of several pairs of points.
 struct ClosestPair {
-  double squared_distance = std::numeric_limits<double>::infinity();
+  double squared_distance = infinity;
   Vector3 on_a = Vector3::Zero();
   Vector3 on_b = Vector3::Zero();
 
@@ -61,7 +60,7 @@ struct ClosestPair {
 
 /// Returns the largest extent of points along a direction, and the index of the first point that has it.
 inline double farthest(std::span<const Vector3> points, const Vector3& direction, std::uint32_t& index) {
-  double highest = -std::numeric_limits<double>::infinity();
+  double highest = -infinity;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const double height = direction.dot(points[i]);
     if (height <= highest) continue;

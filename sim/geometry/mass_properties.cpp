@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -202,7 +201,7 @@ std::array<int, 3> nearest_names(const Matrix3& rotation, std::array<double, 3>&
   constexpr std::array<std::array<int, 3>, 6> orders = {
       {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
   std::array<int, 3> best = orders[0];
-  double best_trace = -std::numeric_limits<double>::infinity();
+  double best_trace = -infinity;
   for (std::size_t o = 0; o < orders.size(); ++o) {
     const double handedness = o < 3 ? 1 : -1;
     for (int flip = 0; flip < 4; ++flip) {

@@ -48,6 +48,9 @@ struct Bounds {
   Vector3 upper;
 };
 
+/// The index of no vertex, edge or face.
+inline constexpr std::uint32_t no_index = 0xffffffffU;
+
 /// Indices of three vertices, counter-clockwise seen from the front.
 using Triangle = std::array<std::uint32_t, 3>;
 
@@ -56,8 +59,6 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// two-sided. It has no inside and no mass. All members follow from vertices and triangles: see
 /// make_triangle_mesh.
 struct TriangleMesh {
-  static constexpr std::uint32_t none = 0xffffffffU;
-
   /// A node of a tree of boxes. The root is the first node; the children of an inner node are `first` and
   /// `first` + 1.
   struct Node {
@@ -70,7 +71,7 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;  ///< in the order of the leaves
   std::vector<Vector3> normals;     ///< unit, one per triangle
   /// The triangle across the edge from corner i to corner i + 1, which has that edge in the other direction;
-  /// `none` at a border and where more than two triangles meet.
+  /// `no_index` at a border and where more than two triangles meet.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   /// Vertex v is joined by edges to ring[ring_begin[v]] … ring[ring_begin[v + 1] − 1].
   std::vector<std::uint32_t> ring_begin;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "sim/geometry/features.h"
@@ -77,7 +76,7 @@ Simplex nearest_of_triangle(const Vector3& a, const Vector3& b, const Vector3& c
 Simplex nearest_of_tetrahedron(const std::array<Vector3, 4>& corners) {
   constexpr std::array<std::array<int, 4>, 4> faces{{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}}};
   Simplex best;
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   bool is_outside = false;
   for (const auto& [i, j, k, opposite] : faces) {
     const Vector3& a = corners[i];
@@ -242,7 +241,7 @@ Separation separation(const ConvexSolid& a, const ConvexSolid& b, double toleran
   Vector3 nearest = a.middle() - b.middle();
   if (nearest.squaredNorm() == 0) nearest = Vector3::UnitX();
   Simplex simplex;
-  Separation best{Vector3::UnitY(), -std::numeric_limits<double>::infinity()};
+  Separation best{Vector3::UnitY(), -infinity};
   for (int step = 0; step < most_steps; ++step) {
     const double distance = nearest.norm();
     if (!(distance > 0)) break;

@@ -55,12 +55,12 @@ std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std:
 void weld(TriangleMesh& mesh) {
   const std::vector<Vector3>& given = mesh.vertices;
   const std::vector<std::uint32_t> first = welded(given);
-  std::vector<std::uint32_t> index(given.size(), TriangleMesh::none);
+  std::vector<std::uint32_t> index(given.size(), no_index);
   std::vector<Vector3> kept;
   for (Triangle& triangle : mesh.triangles) {
     for (std::uint32_t& corner : triangle) {
       std::uint32_t& to = index[first[corner]];
-      if (to == TriangleMesh::none) {
+      if (to == no_index) {
         to = static_cast<std::uint32_t>(kept.size());
         kept.push_back(given[first[corner]]);
       }
@@ -165,7 +165,7 @@ class TreeBuilder {
 /// Finds the triangles across the edges, and the vertices that edges join to each vertex.
 void join_neighbours(TriangleMesh& mesh) {
   const std::vector<FaceSide> sides = sorted_sides(mesh.triangles, mesh.vertices.size());
-  mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
+  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
   mesh.ring_begin.assign(mesh.vertices.size() + 1, 0);
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(sides.size() / 2 + 1);
@@ -199,22 +199,21 @@ bool overlap(const Bounds& a, const Bounds& b) {
 }  // namespace
 
 std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons) {
-  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   std::size_t counted = 0;
   std::size_t& probes = comparisons != nullptr ? *comparisons : counted;
   probes = 0;
   // Bound the probes: points can be chosen such that all have one slot.
   const std::size_t most_probes = 1000 + 16 * points.size();
   // Hash table with open addressing, at most half full.
-  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), none);
+  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), no_index);
   std::vector<std::uint32_t> first(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     std::size_t slot = hash_of(points[i]) & (table.size() - 1);
-    while (table[slot] != none && points[table[slot]] != points[i]) {
+    while (table[slot] != no_index && points[table[slot]] != points[i]) {
       if (probes++ == most_probes) return welded_by_order(points, probes);
       slot = (slot + 1) & (table.size() - 1);
     }
-    if (table[slot] == none) table[slot] = i;
+    if (table[slot] == no_index) table[slot] = i;
     first[i] = table[slot];
   }
   return first;
@@ -266,7 +265,7 @@ void require_near(std::span<const Vector3> points, const std::string& what, cons
 
 TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<const Triangle> triangles,
                                 const std::string& what, bool two_sided) {
-  constexpr std::size_t most = TriangleMesh::none / 8;
+  constexpr std::size_t most = no_index / 8;
   if (positions.size() > most || triangles.size() > most) {
     throw Error(fmt::format("{}: {} vertices and {} triangles are too many for a triangle mesh", what,
                             positions.size(), triangles.size()));

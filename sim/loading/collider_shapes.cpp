@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "sim/error.h"
@@ -96,7 +95,7 @@ std::vector<std::size_t> outermost(std::span<const Vector3> points, std::size_t 
     const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
     const Vector3 direction(across * around.cosine, y, across * around.sine);
     std::size_t farthest = 0;
-    double largest = -std::numeric_limits<double>::infinity();
+    double largest = -infinity;
     for (std::size_t index = 0; index < points.size(); ++index) {
       const double distance = direction.dot(points[index]);
       if (distance > largest) farthest = index;

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -22,8 +21,7 @@ struct ImplicitShape {
   double radius_top = 0;
   double height = 0;  ///< capsule: between the centres of its spheres
   /// Size of a plane along x and z.
-  std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
-                                   std::numeric_limits<double>::infinity()};
+  std::array<double, 2> plane_size{infinity, infinity};
   bool double_sided = false;  ///< plane: collides on both sides
   int mesh = -1;              ///< index of the mesh of glTF 2.1's `convex` and `concave`
   bool convex_hull = false;   ///< true for `convex`

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string_view>
 
@@ -206,7 +205,7 @@ class ExpectationReader {
   }
 
   void read_reading(const JsonValue& json, Expectation& e) const {
-    e.to = std::numeric_limits<double>::infinity();
+    e.to = infinity;
     int given = 0;
     for (const auto& [key, reading] :
          {std::pair{"at", Reading::at}, std::pair{"mean", Reading::mean}, std::pair{"peak", Reading::peak},
@@ -270,7 +269,7 @@ const char* name(Quantity quantity) {
 }
 
 double error_of(Bound bound, double expected, double value) {
-  if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
+  if (!std::isfinite(value)) return infinity;
   switch (bound) {
     case Bound::at_most:
       return std::max(0.0, value - expected);

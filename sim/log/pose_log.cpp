@@ -68,9 +68,9 @@ std::optional<std::string> unescaped(std::string_view text) {
 }
 
 /// Reads a log line by line. Throws Error with the line's number where a line is not as expected.
-class Reader {
+class PoseLogReader {
  public:
-  Reader(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
+  PoseLogReader(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
 
   bool at_end() const { return rest_.empty(); }
 
@@ -153,7 +153,7 @@ class Reader {
   int line_number_ = 0;
 };
 
-void read_header(Reader& reader, PoseLog& log) {
+void read_header(PoseLogReader& reader, PoseLog& log) {
   reader.next(first_line);
   if (reader.line() != first_line) {
     if (reader.starts_with(log_name)) {
@@ -198,7 +198,7 @@ void read_header(Reader& reader, PoseLog& log) {
 }
 
 /// Reads the poses after a frame's line, and the first line that is no pose.
-void read_poses(Reader& reader, PoseLog& log) {
+void read_poses(PoseLogReader& reader, PoseLog& log) {
   PoseLog::Frame& frame = log.frames.back();
   for (reader.next("end"); reader.starts_with("pose"); reader.next("end")) {
     const auto words = reader.words<8>(reader.after("pose"));
@@ -225,7 +225,7 @@ void read_poses(Reader& reader, PoseLog& log) {
   }
 }
 
-void read_frames(Reader& reader, PoseLog& log) {
+void read_frames(PoseLogReader& reader, PoseLog& log) {
   reader.next("frame");
   while (reader.starts_with("frame")) {
     const auto words = reader.words<2>(reader.after("frame"));
@@ -244,7 +244,7 @@ void read_frames(Reader& reader, PoseLog& log) {
   if (log.frames.empty()) reader.refuse("'frame 0 …' is expected");
 }
 
-void read_end(Reader& reader, PoseLog& log) {
+void read_end(PoseLogReader& reader, PoseLog& log) {
   const std::string_view text = reader.after("end");
   const std::size_t space = std::min(text.find(' '), text.size());
   const std::string_view kind = text.substr(0, space);
@@ -342,7 +342,7 @@ std::string run(Simulation& simulation, int frames, int full_every, const AfterF
 PoseLog parse_pose_log(std::string_view text, const std::string& what) {
   const DefaultFloatingPoint environment;
   PoseLog log;
-  Reader reader(text, what);
+  PoseLogReader reader(text, what);
   read_header(reader, log);
   read_frames(reader, log);
   read_end(reader, log);

@@ -110,9 +110,9 @@ struct Sample {
   Velocity v;
 };
 
-class Reader {
+class PoseTableReader {
  public:
-  Reader(const fs::path& file, const Scene& scene, double step)
+  PoseTableReader(const fs::path& file, const Scene& scene, double step)
       : rows_(file), scene_(scene), step_(step), start_(initial_state(scene)), bodies_(scene.bodies.size()) {
     start_.contacts.clear();
     start_.patches.clear();
@@ -305,7 +305,7 @@ bool is_pose_table(const fs::path& file) {
 
 std::vector<State> read_pose_table(const fs::path& file, const Scene& scene, double step) {
   const DefaultFloatingPoint environment;
-  return Reader(file, scene, step).read();
+  return PoseTableReader(file, scene, step).read();
 }
 
 PoseLog log_of(const std::vector<State>& states, const Scene& scene, double step, const std::string& author) {

@@ -5,8 +5,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 
 namespace substep {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;

@@ -75,7 +75,7 @@ TextTable energy_table(const claims::Measurement& measurement) {
     std::vector<std::string> row{run};
     for (const std::string& name : scenes) {
       const MeasuredRun result = measurement.run(name, algorithm, 4, m, joints, 5);
-      row.push_back(number(result.diverged ? infinite : result.energy_growth));
+      row.push_back(number(result.diverged ? infinity : result.energy_growth));
     }
     table.rows.push_back(std::move(row));
   };

@@ -63,7 +63,7 @@ double contact_cost(const Scene& scene, double duration, const Motion& path, Set
   double largest = 0;
   const auto steps = static_cast<std::size_t>(std::lround(duration / scene.step));
   for (std::size_t k = 1; k <= steps; ++k) {
-    if (simulation.step().status == StepReport::Status::diverged) return infinite;
+    if (simulation.step().status == StepReport::Status::diverged) return infinity;
     const State& from = path.samples[std::min(k, path.samples.size() - 1)];
     largest = std::max(largest, position_difference(simulation.state(), from));
   }

@@ -63,7 +63,7 @@ class QuantityOfBody {
   }
 
   double value(const State& state, double time, const std::vector<ContactImpulse>* contacts) {
-    if (is_of_contacts(e_.quantity) && !contacts) return infinite;
+    if (is_of_contacts(e_.quantity) && !contacts) return infinity;
     const Coordinates& q = state.q[body_];
     const Velocity& v = state.v[body_];
     const auto other = static_cast<std::size_t>(e_.relative_to);
@@ -179,11 +179,11 @@ class Reader {
   double result(bool diverged) const {
     if (e_.reading == Reading::mean) {
       const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
-      return is_whole && summed_ > 0 ? sum_ / summed_ : infinite;
+      return is_whole && summed_ > 0 ? sum_ / summed_ : infinity;
     }
     if (e_.reading == Reading::stays) return found_.value_or(last_time_);
-    if (e_.reading == Reading::throughout && diverged && !(last_time_ >= e_.to - same_time)) return infinite;
-    return found_.value_or(infinite);
+    if (e_.reading == Reading::throughout && diverged && !(last_time_ >= e_.to - same_time)) return infinity;
+    return found_.value_or(infinity);
   }
 
  private:

@@ -36,7 +36,7 @@ JointCoordinate coordinate_of(const Lock& lock) {
 
 /// Returns the smaller of the moving bodies' largest radii of gyration about the joint, m.
 double lever_of(const Model& model, const Attachment& at) {
-  double lever = infinite;
+  double lever = infinity;
   for (const auto& [body, frame] : {std::pair(at.a, at.frame_a), std::pair(at.b, at.frame_b)}) {
     if (!moves(model.masses[body])) continue;
     const double squared = model.inertia[body].maxCoeff() * model.masses[body].inverse_mass;
@@ -132,8 +132,8 @@ JointGapMeter::JointGapMeter(const Scene& scene) {
   for (const Lock& lock : model.locks) add(lock.at, coordinate_of(lock), 0, 0);
   for (const Limit& limit : model.limits) {
     if (limit.soft) continue;
-    add(limit.at, limit.coordinate, limit.side == Limit::Side::high ? -infinite : limit.bound,
-        limit.side == Limit::Side::low ? infinite : limit.bound);
+    add(limit.at, limit.coordinate, limit.side == Limit::Side::high ? -infinity : limit.bound,
+        limit.side == Limit::Side::low ? infinity : limit.bound);
   }
 }
 

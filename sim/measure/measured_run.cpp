@@ -49,11 +49,11 @@ double orientation_difference(const State& a, const State& b) {
 }
 
 double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  return a.diverged || b.diverged ? infinite : position_difference(a.state, b.state);
+  return a.diverged || b.diverged ? infinity : position_difference(a.state, b.state);
 }
 
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  return a.diverged || b.diverged ? infinite : orientation_difference(a.state, b.state);
+  return a.diverged || b.diverged ? infinity : orientation_difference(a.state, b.state);
 }
 
 Reference reference_run(const Scene& scene, double duration, int divisions) {
@@ -74,7 +74,7 @@ Reference reference_run(const Scene& scene, double duration, int divisions) {
 }
 
 double error_of(const MeasuredRun& run, const Reference& reference) {
-  return run.diverged ? infinite : position_difference(run.state, reference.state);
+  return run.diverged ? infinity : position_difference(run.state, reference.state);
 }
 
 }  // namespace substep

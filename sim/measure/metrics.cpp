@@ -223,7 +223,7 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
       simulation->set_state(state);
       diverged = diverged || simulation->step().status == StepReport::Status::diverged;
     }
-    residual.add(diverged ? infinite : velocity_distance(scene, judged.state(), direct.state()));
+    residual.add(diverged ? infinity : velocity_distance(scene, judged.state(), direct.state()));
   };
   auto [metrics, motion] = measured(scene, *stepper, settings.step, reference, add_residual);
   metrics.residual = residual.result();

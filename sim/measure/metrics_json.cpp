@@ -55,8 +55,8 @@ void for_each_field(RunTimes& t, const Field& field) {
   field("s4", t.stages.coordinates);
 }
 
-constexpr std::array bounds{std::pair{Bound::equal, "value"}, std::pair{Bound::at_most, "at_most"},
-                            std::pair{Bound::at_least, "at_least"}};
+constexpr std::array bound_keys{std::pair{Bound::equal, "value"}, std::pair{Bound::at_most, "at_most"},
+                                std::pair{Bound::at_least, "at_least"}};
 
 template <typename Value>
 Json value_json(const Value& value) {
@@ -74,7 +74,8 @@ Json value_json(const Spread& value) {
 Json value_json(const std::vector<ExpectedFigure>& expected) {
   Json list = Json::array();
   for (const ExpectedFigure& x : expected) {
-    const auto* const bound = std::ranges::find(bounds, x.bound, [](const auto& pair) { return pair.first; });
+    const auto* const bound =
+        std::ranges::find(bound_keys, x.bound, [](const auto& pair) { return pair.first; });
     list.push_back({{"name", x.name},
                     {"unit", x.unit},
                     {bound->second, x.expected},
@@ -90,7 +91,7 @@ void read(const Json& json, Value& value) {
   json.get_to(value);
 }
 void read(const Json& json, double& value) {
-  value = json.is_null() ? infinite : json.get<double>();
+  value = json.is_null() ? infinity : json.get<double>();
 }
 void read(const Json& json, std::optional<double>& value) {
   if (!json.is_string()) read(json, value.emplace());
@@ -104,7 +105,7 @@ void read(const Json& list, std::vector<ExpectedFigure>& expected) {
     ExpectedFigure& x = expected.emplace_back();
     json.at("name").get_to(x.name);
     json.at("unit").get_to(x.unit);
-    for (const auto& [bound, key] : bounds) {
+    for (const auto& [bound, key] : bound_keys) {
       if (!json.contains(key)) continue;
       x.bound = bound;
       json.at(key).get_to(x.expected);

@@ -65,7 +65,7 @@ Agreement distance(const Scene& scene, const State& a, const State& b, double si
     if (scene.bodies[i].inverse_mass == 0) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
-    const Uncertainty now{std::isfinite(d) ? d : infinite, std::isfinite(turn) ? turn : infinite};
+    const Uncertainty now{std::isfinite(d) ? d : infinity, std::isfinite(turn) ? turn : infinity};
     if (length_of(now, size) > length_of(result.distance, size))
       result.divergence_point = static_cast<int>(i);
     result.distance = larger_of(result.distance, now);
@@ -96,7 +96,7 @@ std::vector<Uncertainty> differences(const Scene& scene, const Motion& a, const 
   for (std::size_t k = 1; k <= samples; ++k) {
     const bool both = k < std::min(a.samples.size(), b.samples.size());
     result[k] = larger_of(result[k - 1], both ? distance(scene, a.samples[k], b.samples[k], size).distance
-                                              : Uncertainty{infinite, infinite});
+                                              : Uncertainty{infinity, infinity});
   }
   return result;
 }
@@ -177,7 +177,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
   const double size = size_of(scene);
   const auto samples = static_cast<std::size_t>(std::lround(duration / scene.step));
   Motion coarse;
-  double least = infinite;
+  double least = infinity;
   std::int64_t row_solves = 0;
   for (int divisions = 2; divisions <= usually_finest || 2 * row_solves <= most_row_solves; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
@@ -332,7 +332,7 @@ Sampling::Sampling(double step, double interval) {
 }
 
 double smallest_body_of(const Scene& scene) {
-  double smallest = infinite;
+  double smallest = infinity;
   for (const Body& body : scene.bodies) {
     if (body.inverse_mass == 0) continue;
     const double diagonal = 2 * half_diagonal(body);
@@ -360,7 +360,7 @@ double size_of(const Scene& scene) {
 }
 
 MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon) {
-  constexpr MotionDifference unknown{{infinite, infinite}, {infinite, infinite}};
+  constexpr MotionDifference unknown{{infinity, infinity}, {infinity, infinity}};
   SpreadMeter positions;
   SpreadMeter turns;
   const auto last = static_cast<std::size_t>(std::lround(horizon / b.interval));

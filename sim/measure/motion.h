@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,7 +11,6 @@
 namespace substep {
 
 /// The error of a motion that ended early or is missing.
-inline constexpr double infinite = std::numeric_limits<double>::infinity();
 
 struct Motion {
   double interval = 0;         ///< s

@@ -28,8 +28,8 @@ struct InnerRadius {
     return std::min(c.half_height, 0.5 * std::max(c.radius_bottom, c.radius_top));
   }
   double operator()(const Polytope& p) const { return p.inner_radius; }
-  double operator()(const Plane&) const { return infinite; }
-  double operator()(const TriangleMesh&) const { return infinite; }
+  double operator()(const Plane&) const { return infinity; }
+  double operator()(const TriangleMesh&) const { return infinity; }
 };
 
 Vector3 middle_of(const Shape& shape) {

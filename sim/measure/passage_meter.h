@@ -1,7 +1,6 @@
 #pragma once
 /// Detects bodies that pass through others.
 
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -59,9 +58,9 @@ class PassageMeter {
   const Scene& scene_;
   Model model_;
   ContactFinder finder_;
-  std::vector<Obstacle> obstacles_;                            ///< by collider
-  double thinnest_ = std::numeric_limits<double>::infinity();  ///< least inner radius of a collider, m
-  std::vector<double> reaches_;                                ///< by body, m
+  std::vector<Obstacle> obstacles_;  ///< by collider
+  double thinnest_ = infinity;       ///< least inner radius of a collider, m
+  std::vector<double> reaches_;      ///< by body, m
   State before_;
   std::vector<BodyMotion> ways_;
   BroadPhase broad_phase_;

@@ -13,7 +13,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "sim/algorithms.h"
@@ -69,7 +68,7 @@ class EventDetection {
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
       update_margins(q, v);
       const auto least = std::ranges::min_element(
-          bounds_, {}, [](const Bound& bound) { return bound.held ? bound.margin : infinite; });
+          bounds_, {}, [](const Bound& bound) { return bound.held ? bound.margin : infinity; });
       if (!least->held || least->margin >= 0) break;
       least->held = false;
       set_up();

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +17,7 @@
 namespace substep {
 namespace {
 
-constexpr double rank_tolerance = 1e-6;  // of rows' directions; positions are closed to 1e-9 or better
+constexpr double direction_tolerance = 1e-6;  // of rows' directions; positions are closed to 1e-9 or better
 
 /// A scene's rows, and velocities as combinations of what their impulses can give.
 class RowMap {
@@ -71,7 +70,7 @@ class RowMap {
     build_blocks(single, Joints::rows);
     formulate(single, start_.q, 1);
     make_mlcp(single, v_, rows);
-    const auto factored = factored_directions(rows, rank_tolerance);
+    const auto factored = factored_directions(rows, direction_tolerance);
     directions_ = Eigen::MatrixXd(factored.householderQ()).leftCols(factored.rank());
   }
 
@@ -89,10 +88,25 @@ class RowMap {
   Eigen::MatrixXd directions_;  // of M^(1/2) v: an orthonormal basis of what impulses give
 };
 
+/// Returns the spectral radius of a map A: the limit of |A^p|^(1/p), by squaring A until p is 2^40.
+double spectral_radius(Eigen::MatrixXd power) {
+  constexpr int squarings = 40;
+  double radius = 1;
+  double exponent = 1;
+  for (int i = 0; i <= squarings; ++i, exponent /= 2) {
+    const double norm = power.norm();
+    if (!(norm > 0)) return 0;
+    radius *= std::pow(norm, exponent);
+    power /= norm;
+    power = (power * power).eval();
+  }
+  return radius;
+}
+
 }  // namespace
 
 double substep_radius(const Scene& scene, const Stabilization& by, int iterations, Joints joints) {
-  return RowMap(scene, joints).map(by, iterations).eigenvalues().cwiseAbs().maxCoeff();
+  return spectral_radius(RowMap(scene, joints).map(by, iterations));
 }
 
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings) {

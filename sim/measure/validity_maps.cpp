@@ -183,7 +183,7 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings) {
       double end = 0;
       for (int k = 0; k < rate && std::isfinite(end); ++k) {
         const bool diverged = simulation.step().status == StepReport::Status::diverged;
-        end = diverged ? infinite : kinetic_and_spring_energy(simulation.state(), stiffness);
+        end = diverged ? infinity : kinetic_and_spring_energy(simulation.state(), stiffness);
       }
       points.push_back({one.step, stiffness, end / start});
     }

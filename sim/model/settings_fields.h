@@ -3,7 +3,6 @@
 /// records of sweeps are made. A new field of Settings needs only a line in `settings_fields`.
 
 #include <array>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "sim/math/vector.h"
 #include "sim/model/settings.h"
 
 namespace substep {
@@ -20,8 +20,8 @@ struct SettingsField {
 
   /// The range of a number.
   struct Range {
-    double low = -std::numeric_limits<double>::infinity();
-    double high = std::numeric_limits<double>::infinity();
+    double low = -infinity;
+    double high = infinity;
     bool has_low = true;   ///< `low` itself is allowed
     bool has_high = true;  ///< and `high`
     std::string_view unit = {};

@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,8 +62,8 @@ struct Collider {
 struct JointLimit {
   bool angular = false;
   std::array<bool, 3> axes{};  ///< x, y, z of frame a: coordinates are those of b in a
-  double min = -std::numeric_limits<double>::infinity();  ///< m or rad
-  double max = std::numeric_limits<double>::infinity();
+  double min = -infinity;      ///< m or rad
+  double max = infinity;
   std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
   double damping = 0;
 };
@@ -73,7 +72,7 @@ struct JointDrive {
   bool angular = false;
   bool acceleration = false;  ///< mode: maximum, stiffness and damping are per unit of effective mass
   int axis = 0;
-  double max_force = std::numeric_limits<double>::infinity();  ///< N or N·m
+  double max_force = infinity;  ///< N or N·m
   double position_target = 0;
   double velocity_target = 0;
   double stiffness = 0;
@@ -187,10 +186,10 @@ struct Light {
   Vector3 position = Vector3::Zero();
   Vector3 direction{0, 0, -1};  ///< unit, towards which it shines; of a point light nothing
   std::array<double, 3> color{1, 1, 1};
-  double intensity = 1;  ///< illuminance as the sun's, or illuminance at 1 m
-  double range = std::numeric_limits<double>::infinity();  ///< m; farther it lights nothing
-  double inner_angle = 0;                                  ///< rad from the axis of a spot: full light within
-  double outer_angle = 0;                                  ///< none beyond
+  double intensity = 1;     ///< illuminance as the sun's, or illuminance at 1 m
+  double range = infinity;  ///< m; farther it lights nothing
+  double inner_angle = 0;   ///< rad from the axis of a spot: full light within
+  double outer_angle = 0;   ///< none beyond
 };
 
 struct NamedCamera {

@@ -197,7 +197,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
   }
   std::ranges::stable_sort(candidates, {}, time_or_rows);
   std::vector<SweepRecord> best;
-  double error = std::numeric_limits<double>::infinity();
+  double error = infinity;
   for (const SweepRecord& record : candidates) {
     // A gain that cannot be seen is none.
     const double own = std::max(miss_of(record), 1e-9);

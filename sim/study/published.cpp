@@ -8,7 +8,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "sim/error.h"
@@ -240,7 +239,7 @@ std::string cell_text(const ExpectedFigure& figure, bool is_time) {
 /// tolerance.
 double rank_of(const PublishedFigure& line) {
   constexpr double above_all_errors = 1e6;
-  if (line.is_time) return std::numeric_limits<double>::infinity();
+  if (line.is_time) return infinity;
   double worst = 0;
   for (const auto& [algorithm, figure] : line.measured)
     worst = std::max(worst, figure.error() / figure.tolerance);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -234,7 +233,7 @@ bool is_sure(const SweepRecord& record) {
 
 double miss_of(const SweepRecord& record) {
   if (has_reference(record) || !record.metrics) return error_of(record);
-  if (record.metrics->diverged) return std::numeric_limits<double>::infinity();
+  if (record.metrics->diverged) return infinity;
   return std::max(record.metrics->joint_gap, record.metrics->penetration) / record.size;
 }
 
@@ -249,7 +248,7 @@ bool is_other_engine(const SweepRecord& record) {
 }
 
 double error_of(const SweepRecord& record) {
-  if (!record.metrics) return std::numeric_limits<double>::infinity();
+  if (!record.metrics) return infinity;
   const MotionDifference& error = record.metrics->error;
   return error.position.rms > 0 ? error.position.rms / record.size : error.orientation.rms;
 }

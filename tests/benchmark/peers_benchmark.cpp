@@ -11,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <limits>
 
 #include "render/report/plot.h"
 #include "sim/measure/invariants.h"
@@ -55,8 +54,8 @@ std::vector<Entrant> entrants() {
 
 struct Point {
   std::string label;
-  double cost = std::numeric_limits<double>::infinity();   ///< ms of CPU time a simulated second
-  double error = std::numeric_limits<double>::infinity();  ///< m
+  double cost = infinity;   ///< ms of CPU time a simulated second
+  double error = infinity;  ///< m
 };
 
 /// Runs ten seconds. The error is the largest displacement of any body; of a pile, which has to settle first,

@@ -9,7 +9,6 @@ namespace substep {
 namespace {
 
 using Pairs = BroadPhase::Pairs;
-using test::infinity;
 
 Pairs brute_pairs(const std::vector<Bounds>& boxes) {
   Pairs pairs;

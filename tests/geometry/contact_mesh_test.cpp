@@ -20,8 +20,7 @@ using test::contacts;
 using test::pi;
 using test::turn;
 using test::upright;
-
-constexpr double margin = 0.02;
+using test::usual_margin;
 
 /// Returns two slopes that meet in the z axis; each falls by `slope` away from it, or rises if negative.
 TriangleMesh ridge(double slope) {
@@ -74,9 +73,9 @@ TEST(MeshContacts, FlatMeshMatchesPlane) {
         // Lower the shape until it is 1 mm deep, or 1 mm above.
         pose.position.y() -=
             depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) + (trial % 2 == 0 ? 1e-3 : -1e-3);
-        const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
-        const auto on_plane = contacts(shape, pose, Plane{}, {}, margin);
-        ASSERT_EQ(test::complaint(on_mesh, margin), "");
+        const auto on_mesh = contacts(shape, pose, mesh, {}, usual_margin);
+        const auto on_plane = contacts(shape, pose, Plane{}, {}, usual_margin);
+        ASSERT_EQ(test::complaint(on_mesh, usual_margin), "");
         ASSERT_FALSE(on_mesh.empty()) << shape.index() << ' ' << trial;
         for (const ContactPoint& point : on_mesh) {
           ASSERT_EQ(point.normal, Vector3::UnitY()) << shape.index() << ' ' << trial;
@@ -94,7 +93,7 @@ TEST(MeshContacts, RollingSphereHasOneContact) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
     for (int i = 0; i < 3000; ++i) {
       const Vector3 at(0.001 * i - 1.5, 0.2999, uneven == 0 ? 0.0005 * i - 0.75 : 0.1);
-      const auto points = contacts(Sphere{0.3}, {at, upright}, mesh, {}, margin);
+      const auto points = contacts(Sphere{0.3}, {at, upright}, mesh, {}, usual_margin);
       ASSERT_EQ(points.size(), 1U) << i;
       ASSERT_EQ(points[0].normal, Vector3::UnitY()) << i;
       ASSERT_NEAR(points[0].distance, -1e-4, 1e-15);
@@ -109,7 +108,7 @@ TEST(MeshContacts, SlidingBoxHasFourCorners) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
     for (int i = 0; i < 500; ++i) {
       const Pose pose = {{0.005 * i - 1.25, 0.1999, 0.03}, turn(0.01 * i, {0, 1, 0})};
-      const auto points = contacts(solid, pose, mesh, {}, margin);
+      const auto points = contacts(solid, pose, mesh, {}, usual_margin);
       ASSERT_EQ(points.size(), 4U) << i << ' ' << uneven;
       for (const ContactPoint& point : points) {
         ASSERT_EQ(point.normal, Vector3::UnitY());
@@ -125,11 +124,11 @@ TEST(MeshContacts, ConvexRidgeTouchesWithEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
   // Balance shapes on the ridge: a sphere has one contact at the edge, a shape with a side along it two.
-  const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, margin);
+  const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, usual_margin);
   ASSERT_EQ(ball.size(), 1U);
   EXPECT_LT((ball[0].normal - Vector3::UnitY()).norm(), 1e-9);
   EXPECT_NEAR(ball[0].distance, -1e-3, 1e-12);
-  const auto solid = contacts(box({0.6, 0.5, 0.4}), {{0.1, 0.249, 0.1}, upright}, mesh, {}, margin);
+  const auto solid = contacts(box({0.6, 0.5, 0.4}), {{0.1, 0.249, 0.1}, upright}, mesh, {}, usual_margin);
   ASSERT_EQ(solid.size(), 2U);
   for (const ContactPoint& point : solid) {
     EXPECT_LT((point.normal - Vector3::UnitY()).norm(), 1e-12);
@@ -144,7 +143,7 @@ TEST(MeshContacts, ConvexRidgeTouchesWithEdge) {
     const double edge_of_arc = 0.3 * right.x();
     const double y =
         std::abs(x) <= edge_of_arc ? std::sqrt(0.09 - x * x) : (0.3 - std::abs(x) * right.x()) / right.y();
-    const auto points = contacts(Sphere{0.3}, {{x, y, 0.1}, upright}, mesh, {}, margin);
+    const auto points = contacts(Sphere{0.3}, {{x, y, 0.1}, upright}, mesh, {}, usual_margin);
     ASSERT_GE(points.size(), 1U) << x;
     for (const ContactPoint& point : points) EXPECT_GE(point.distance, -1e-12) << x;
     const auto nearest = std::ranges::min_element(points, {}, &ContactPoint::distance);
@@ -159,7 +158,7 @@ TEST(MeshContacts, ConvexRidgeTouchesWithEdge) {
 TEST(MeshContacts, ConcaveValleyTouchesWithBothSlopes) {
   const TriangleMesh mesh = ridge(-0.5);
   const Vector3 left = Vector3(0.5, 1, 0).normalized();
-  const auto points = contacts(Sphere{0.3}, {{0, 0.299 / left.y(), 0.1}, upright}, mesh, {}, margin);
+  const auto points = contacts(Sphere{0.3}, {{0, 0.299 / left.y(), 0.1}, upright}, mesh, {}, usual_margin);
   ASSERT_EQ(points.size(), 2U);
   for (const ContactPoint& point : points) {
     EXPECT_NEAR(point.distance, -1e-3, 1e-12);
@@ -183,18 +182,18 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
     for (const Shape& shape : shapes()) {
       for (int trial = 0; trial < 1000; ++trial) {
         const Pose pose = {test::random_point(random, 2), test::random_orientation(random)};
-        const auto on_solid = contacts(shape, pose, solid, {}, margin);
+        const auto on_solid = contacts(shape, pose, solid, {}, usual_margin);
         const double depth = test::lowest_distance(on_solid);
         // Skip deeper overlaps, where triangles do not know the solid that they bound.
         if (depth < -0.05) continue;
-        const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
-        ASSERT_EQ(test::complaint(on_mesh, margin), "");
+        const auto on_mesh = contacts(shape, pose, mesh, {}, usual_margin);
+        ASSERT_EQ(test::complaint(on_mesh, usual_margin), "");
         if (on_solid.empty()) {
           EXPECT_TRUE(on_mesh.empty()) << shape.index() << ' ' << trial;
           continue;
         }
         ++touching;
-        if (depth < margin - 5e-3) {
+        if (depth < usual_margin - 5e-3) {
           ASSERT_FALSE(on_mesh.empty()) << shape.index() << ' ' << trial << ' ' << depth;
         }
         if (on_mesh.empty()) continue;
@@ -212,8 +211,8 @@ TEST(MeshContacts, OneSidedMeshPushesFromFront) {
   const TriangleMesh one = make_rectangle(4, 4, false);
   const TriangleMesh both = make_rectangle(4, 4, true);
   for (const Shape& shape : shapes()) {
-    EXPECT_TRUE(contacts(shape, {{0.1, -0.05, 0.2}, upright}, one, {}, margin).empty());
-    const auto points = contacts(shape, {{0.1, -0.05, 0.2}, upright}, both, {}, margin);
+    EXPECT_TRUE(contacts(shape, {{0.1, -0.05, 0.2}, upright}, one, {}, usual_margin).empty());
+    const auto points = contacts(shape, {{0.1, -0.05, 0.2}, upright}, both, {}, usual_margin);
     ASSERT_FALSE(points.empty()) << shape.index();
     for (const ContactPoint& point : points) EXPECT_EQ(point.normal, Vector3(-Vector3::UnitY()));
   }
@@ -222,7 +221,7 @@ TEST(MeshContacts, OneSidedMeshPushesFromFront) {
 TEST(MeshContacts, BorderTouchesWithEdge) {
   const TriangleMesh mesh = make_rectangle(2, 2, true);
   // Beside the sheet, at its height.
-  const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, margin);
+  const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, usual_margin);
   ASSERT_EQ(points.size(), 1U);
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-9);
   EXPECT_NEAR(points[0].distance, -0.01, 1e-12);
@@ -259,7 +258,7 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
       // Put the shape at the ring's foot, against the ring.
       pose.position.y() += depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) * -1;
       pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
-      for (const ContactPoint& point : contacts(shape, pose, ring, {}, margin)) {
+      for (const ContactPoint& point : contacts(shape, pose, ring, {}, usual_margin)) {
         ++touching;
         // A wrong direction shows as a depth that is not there, up to the ring's height. The ring itself
         // comes inwards by 2.8 mm within the reach of a shape's corners, 0.08 m to a side.

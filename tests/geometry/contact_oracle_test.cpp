@@ -16,7 +16,6 @@ namespace {
 
 using test::contacts;
 using test::extent;
-using test::infinity;
 
 std::vector<Polytope> polytopes(std::mt19937& random) {
   std::vector<Polytope> result = {box({1, 1, 1}), box({2, 0.3, 1}), cylinder(1, 0.5, 0.5, 12),

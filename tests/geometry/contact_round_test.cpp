@@ -123,7 +123,7 @@ void expect_directions_of_largest_separation(const Shape& shape) {
     const Vector3 point = pose.position + test::random_point(random, 1);
     const auto separation = [&](const Vector3& d) { return d.dot(point) - test::extent(shape, pose, d); };
     const auto found = solid.direction_to(point);
-    double largest = -test::infinity;
+    double largest = -infinity;
     for (int i = 0; i < 500; ++i) {
       const Vector3 far = test::random_point(random, 1);
       const Vector3 near = (found ? *found : Vector3::UnitY()) + 0.01 * far;

@@ -21,8 +21,7 @@ using test::dodecahedron;
 using test::pi;
 using test::turn;
 using test::upright;
-
-constexpr double margin = 0.02;
+using test::usual_margin;
 
 /// Returns the rotation that turns face 0 along `direction`.
 Quaternion face_towards(const Polytope& polytope, const Vector3& direction) {
@@ -39,7 +38,7 @@ TEST(Contacts, PlaneOffOriginIsExact) {
   const Quaternion lying = tilted * Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitX());
   for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{1.0, 0.5}),
                              Shape(TaperedCapsule{1.0, 0.5, 0.5}), Shape(Cylinder{1.0, 0.5, 0.5})}) {
-    const auto found = contacts(shape, {centre, lying}, Plane{}, {there, tilted}, margin);
+    const auto found = contacts(shape, {centre, lying}, Plane{}, {there, tilted}, usual_margin);
     ASSERT_FALSE(found.empty()) << shape.index();
     for (const ContactPoint& point : found) {
       EXPECT_NEAR(point.distance, -0.1, 1e-12) << shape.index();
@@ -209,10 +208,10 @@ TEST(Contacts, RestingShapesHaveWholeManifold) {
       Pose pose = rest.top_pose;
       pose.position.y() += gap;
       SCOPED_TRACE(name + " at " + std::to_string(gap));
-      const Contacts points = contacts(rest.top, pose, rest.bottom, rest.bottom_pose, margin);
-      EXPECT_EQ(complaint(points, margin), "");
+      const Contacts points = contacts(rest.top, pose, rest.bottom, rest.bottom_pose, usual_margin);
+      EXPECT_EQ(complaint(points, usual_margin), "");
       EXPECT_EQ(points.size(), rest.count);
-      test::expect_mirrored(points, contacts(rest.bottom, rest.bottom_pose, rest.top, pose, margin));
+      test::expect_mirrored(points, contacts(rest.bottom, rest.bottom_pose, rest.top, pose, usual_margin));
       double worst = 0;
       for (const ContactPoint& point : points) {
         worst = std::max(worst, std::abs(point.distance - gap));
@@ -229,7 +228,7 @@ TEST(Contacts, ReachTheCornersOfTheSupport) {
     for (const Polytope& top : {box({1, 1, 1}), dodecahedron()}) {
       const Pose pose = {{0.2, top.inner_radius - 1e-4, 0.3},
                          turn(angle, {0, 1, 0}) * face_towards(top, -Vector3::UnitY())};
-      const Contacts points = contacts(top, pose, slab, {{0, -0.5, 0}, upright}, margin);
+      const Contacts points = contacts(top, pose, slab, {{0, -0.5, 0}, upright}, usual_margin);
       for (const Vector3& vertex : top.vertices) {
         const Vector3 corner = pose * vertex;
         const bool is_reached = std::ranges::any_of(points, [&](const ContactPoint& point) {
@@ -256,12 +255,12 @@ TEST(Contacts, SlightTiltKeepsFace) {
       const double gap = trial % 2 == 0 ? -1e-4 : 1e-4;
       // Put half of the box beyond the other's edge, where an edge axis nearly separates most.
       for (const auto& [a, b] : {std::pair{&cube, &cube}, {&hull, &hull}, {&cube, &hull}}) {
-        const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, margin);
+        const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, usual_margin);
         EXPECT_GE(points.size(), 4U) << angle;
-        EXPECT_EQ(complaint(points, margin), "");
+        EXPECT_EQ(complaint(points, usual_margin), "");
       }
       const auto points = contacts(dodeca, {{0.3, 2 * dodeca.inner_radius + gap, 0.2}, tilt * on_face},
-                                   dodeca, {{0, 0, 0}, face_up}, margin);
+                                   dodeca, {{0, 0, 0}, face_up}, usual_margin);
       EXPECT_GE(points.size(), 3U) << angle;
     }
   }
@@ -270,7 +269,8 @@ TEST(Contacts, SlightTiltKeepsFace) {
 TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
   const Polytope cube = box({1, 1, 1});
   const auto count = [&](double angle) {
-    return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright}, margin)
+    return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright},
+                    usual_margin)
         .size();
   };
   EXPECT_EQ(count(0), 4U);
@@ -286,9 +286,10 @@ TEST(Contacts, IgnorePositionOfPair) {
     if (std::holds_alternative<Plane>(rest.bottom)) continue;
     Pose top = rest.top_pose;
     top.position.y() -= 1e-4;
-    const auto near_points = contacts(rest.top, top, rest.bottom, rest.bottom_pose, margin);
+    const auto near_points = contacts(rest.top, top, rest.bottom, rest.bottom_pose, usual_margin);
     const Pose world = {far, yaw};
-    const auto far_points = contacts(rest.top, world * top, rest.bottom, world * rest.bottom_pose, margin);
+    const auto far_points =
+        contacts(rest.top, world * top, rest.bottom, world * rest.bottom_pose, usual_margin);
     ASSERT_EQ(near_points.size(), far_points.size()) << rest.name;
     EXPECT_NEAR(test::lowest_distance(near_points), test::lowest_distance(far_points), 2e-12) << rest.name;
   }
@@ -301,10 +302,10 @@ TEST(Contacts, SpheresMatchClosedForm) {
     const Vector3 b = test::random_point(random, 1);
     const double distance = (a - b).norm() - 0.7;
     const auto points = contacts(Sphere{0.3}, {a, test::random_orientation(random)}, Sphere{0.4},
-                                 {b, test::random_orientation(random)}, margin);
-    ASSERT_EQ(points.size(), distance < margin ? 1U : 0U);
+                                 {b, test::random_orientation(random)}, usual_margin);
+    ASSERT_EQ(points.size(), distance < usual_margin ? 1U : 0U);
     if (points.empty()) continue;
-    EXPECT_EQ(complaint(points, margin), "");
+    EXPECT_EQ(complaint(points, usual_margin), "");
     EXPECT_NEAR(points[0].distance, distance, 1e-15);
     EXPECT_LT((points[0].normal - (a - b).normalized()).norm(), 1e-15);
   }
@@ -317,13 +318,13 @@ TEST(Contacts, SphereAndBoxMatchClosedForm) {
   for (int trial = 0; trial < 5000; ++trial) {
     const Pose pose = {test::random_point(random, 1), test::random_orientation(random)};
     const Vector3 local = test::random_point(random, 1.5);
-    const auto points = contacts(Sphere{0.3}, {pose * local, upright}, solid, pose, margin);
+    const auto points = contacts(Sphere{0.3}, {pose * local, upright}, solid, pose, usual_margin);
     const Vector3 clamped = local.cwiseMax(-half).cwiseMin(half);
     double distance = (local - clamped).norm();
     if (distance == 0) distance = (local.cwiseAbs() - half).maxCoeff();
-    ASSERT_EQ(points.size(), distance - 0.3 < margin ? 1U : 0U);
+    ASSERT_EQ(points.size(), distance - 0.3 < usual_margin ? 1U : 0U);
     if (points.empty()) continue;
-    EXPECT_EQ(complaint(points, margin), "");
+    EXPECT_EQ(complaint(points, usual_margin), "");
     EXPECT_NEAR(points[0].distance, distance - 0.3, 1e-14);  // measured 2e-15
   }
 }
@@ -332,7 +333,7 @@ TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
   const Polytope solid = box({2, 2, 2});
   const Capsule capsule = {2, 0.1};
   // Put the capsule upright through the box, 0.3 from its +X side.
-  const auto points = contacts(capsule, {{0.7, 0.1, 0}, upright}, solid, {}, margin);
+  const auto points = contacts(capsule, {{0.7, 0.1, 0}, upright}, solid, {}, usual_margin);
   ASSERT_EQ(points.size(), 2U);
   for (const ContactPoint& point : points) {
     EXPECT_LT((point.normal - Vector3::UnitX()).norm(), 1e-15);
@@ -342,8 +343,8 @@ TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
   const Quaternion slant = turn(pi / 4, {0, 0, 1});
   const auto edge =
       contacts(capsule, {{0.95, 0.95, 0}, turn(pi / 2, {0, 1, 0}) * turn(pi / 2, {0, 0, 1}) * slant}, solid,
-               {}, margin);
-  EXPECT_EQ(complaint(edge, margin), "");
+               {}, usual_margin);
+  EXPECT_EQ(complaint(edge, usual_margin), "");
   EXPECT_FALSE(edge.empty());
 }
 
@@ -353,9 +354,9 @@ TEST(Contacts, CoincidentShapesAreFinite) {
   const std::vector<Shape> shapes = {Sphere{}, Capsule{}, cube, dodeca};
   for (const Shape& a : shapes) {
     for (const Shape& b : shapes) {
-      const auto points = contacts(a, {}, b, {}, margin);
+      const auto points = contacts(a, {}, b, {}, usual_margin);
       EXPECT_FALSE(points.empty());
-      EXPECT_EQ(complaint(points, margin), "");
+      EXPECT_EQ(complaint(points, usual_margin), "");
       EXPECT_LT(test::lowest_distance(points), -0.1);
     }
   }
@@ -371,16 +372,16 @@ TEST(Contacts, CornersTouchAtClosestPoints) {
   for (const Polytope& cube : {box({1, 1, 1}), hull}) {
     // Put boxes diagonally apart: each axis has a gap below the margin, the distance is √3 times it, and no
     // faces overlap.
-    const auto points = contacts(cube, {Vector3::Constant(1.01), upright}, cube, {}, margin);
+    const auto points = contacts(cube, {Vector3::Constant(1.01), upright}, cube, {}, usual_margin);
     ASSERT_EQ(points.size(), 1U);
     EXPECT_NEAR(points[0].distance, std::sqrt(3) * 0.01, 1e-15);
     EXPECT_LT((points[0].normal - Vector3(1, 1, 1).normalized()).norm(), 1e-12);
-    EXPECT_TRUE(contacts(cube, {Vector3::Constant(1.0116), upright}, cube, {}, margin).empty());
+    EXPECT_TRUE(contacts(cube, {Vector3::Constant(1.0116), upright}, cube, {}, usual_margin).empty());
     // Put the box beside an edge, nowhere above it: nothing supports it.
-    for (const ContactPoint& point : contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, margin)) {
+    for (const ContactPoint& point : contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, usual_margin)) {
       EXPECT_NEAR(point.distance, std::sqrt(2) * 0.005, 1e-15);
     }
-    const auto of_spike = contacts(spike, {{0.505, 0.508, 0.1}, upright}, cube, {}, margin);
+    const auto of_spike = contacts(spike, {{0.505, 0.508, 0.1}, upright}, cube, {}, usual_margin);
     ASSERT_EQ(of_spike.size(), 1U);
     EXPECT_NEAR(of_spike[0].distance, std::hypot(0.005, 0.008), 1e-15);    // measured 9e-18
     EXPECT_LT((of_spike[0].on_b - Vector3(0.5, 0.5, 0.1)).norm(), 1e-14);  // measured 3e-17
@@ -421,9 +422,9 @@ TEST(Contacts, EllipsoidMatchesManyPoints) {
 
 TEST(Contacts, AreAppended) {
   Contacts points(3);
-  find_contacts(Sphere{}, {{0, 0.5, 0}, upright}, Plane{}, {}, margin, points);
+  find_contacts(Sphere{}, {{0, 0.5, 0}, upright}, Plane{}, {}, usual_margin, points);
   EXPECT_EQ(points.size(), 4U);
-  find_contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, margin, points);
+  find_contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, usual_margin, points);
   EXPECT_EQ(points.size(), 4U);  // planes do not touch each other
 }
 
@@ -435,8 +436,8 @@ TEST(Contacts, RotatedBoxMatchesItsHull) {
     Polytope other = one;
     other.box.reset();
     const Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
-    const auto quick = contacts(one, pose, one, {}, margin);
-    const auto slow = contacts(other, pose, other, {}, margin);
+    const auto quick = contacts(one, pose, one, {}, usual_margin);
+    const auto slow = contacts(other, pose, other, {}, usual_margin);
     // Equal axes give equal depths, except for ties in the choice of a face.
     ASSERT_EQ(quick.empty(), slow.empty());
     if (!quick.empty()) {
@@ -469,14 +470,14 @@ TEST(Bounds, AreTight) {
 
 TEST(Bounds, PlanesEndWhereTheyFaceAnAxis) {
   const Bounds floor = bounds(Plane{}, {{1, 2, 3}, upright});
-  EXPECT_EQ(floor.upper, Vector3(test::infinity, 2, test::infinity));
-  EXPECT_EQ(floor.lower, Vector3::Constant(-test::infinity));
+  EXPECT_EQ(floor.upper, Vector3(infinity, 2, infinity));
+  EXPECT_EQ(floor.lower, Vector3::Constant(-infinity));
   // A quarter turn: the normal is −X, so the half-space lies above x = 1.
   const Bounds wall = bounds(Plane{}, {{1, 2, 3}, turn(pi / 2, {0, 0, 1})});
-  EXPECT_EQ(wall.lower, Vector3(1, -test::infinity, -test::infinity));
-  EXPECT_EQ(wall.upper, Vector3::Constant(test::infinity));
+  EXPECT_EQ(wall.lower, Vector3(1, -infinity, -infinity));
+  EXPECT_EQ(wall.upper, Vector3::Constant(infinity));
   const Bounds ramp = bounds(Plane{}, {{1, 2, 3}, turn(0.1, {0, 0, 1})});
-  EXPECT_EQ(ramp.upper, Vector3::Constant(test::infinity));
+  EXPECT_EQ(ramp.upper, Vector3::Constant(infinity));
 }
 
 }  // namespace

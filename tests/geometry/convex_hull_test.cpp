@@ -157,8 +157,7 @@ TEST(ConvexHull, RefusesFlatPoints) {
 }
 
 TEST(ConvexHull, RefusesPointsNotFiniteOrTooFar) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                           -std::numeric_limits<double>::infinity(), 1e300, -2e9}) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), infinity, -infinity, 1e300, -2e9}) {
     std::vector<Vector3> points = test::dodecahedron_points();
     points[3].y() = bad;
     EXPECT_TRUE(refusal(points).starts_with("a.gltf: /meshes/2: vertex 3 is at ")) << refusal(points);

@@ -1,7 +1,6 @@
 #pragma once
 /// Solids and poses for the geometry tests.
 
-#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -12,8 +11,8 @@
 
 namespace substep::test {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double pi = std::numbers::pi;
+constexpr double usual_margin = 0.02;  ///< m: contacts are found up to this distance
 const Quaternion upright = Quaternion::Identity();
 
 /// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular dodecahedron with edges of length 2/φ.

@@ -89,7 +89,7 @@ TEST(TriangleMesh, JoinsSharedCorners) {
   EXPECT_EQ(mesh.vertices.size(), 8U);
   EXPECT_EQ(mesh.triangles.size(), 12U);
   for (const auto& sides : mesh.neighbours) {
-    for (const std::uint32_t neighbour : sides) EXPECT_NE(neighbour, TriangleMesh::none);
+    for (const std::uint32_t neighbour : sides) EXPECT_NE(neighbour, no_index);
   }
 }
 

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <limits>
 #include <numbers>
 #include <string>
 
@@ -118,12 +117,12 @@ TEST_F(PoseTable, KeepsPosesAtSteps) {
 
 TEST_F(PoseTable, NamesLineOfWhatIsWrong) {
   EXPECT_THAT(refusal(""), HasSubstr("rig.csv:1: the table is empty"));
-  struct Malformed {
+  struct MalformedTable {
     const char* from;
     const char* to;
     const char* words;
   };
-  for (const auto& [from, to, words] : std::initializer_list<Malformed>{
+  for (const auto& [from, to, words] : std::initializer_list<MalformedTable>{
            {"qz,z", "qz,zz", "rig.csv:1: the header lacks z"},
            {"qz,z", "qz,qz", "rig.csv:1: the header has two columns qz"},
            {",note", ",vx", "the header lacks vy, vz, wx, wy, wz"},

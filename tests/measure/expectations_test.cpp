@@ -17,7 +17,7 @@
 namespace substep {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 const Vector3 along = Vector3(2, -3, 6) / 7;  // unit
 const Vector3 across = Vector3(3, 6, 2) / 7;  // unit, across `along`
 const Vector3 centre(0.3, -1.2, 0.7);

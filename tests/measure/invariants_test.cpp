@@ -21,14 +21,14 @@ namespace substep {
 namespace {
 
 using Severity = Violation::Severity;
+using test::all_axes;
 using test::locked;
 using test::range;
 
 const Pose joint_in_world{{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
 const Vector3 anchor{0.5, 0, 0};                   // of the body's frame
 const double lever = std::sqrt(0.5 * 0.5 + 0.25);  // m: √(moment / mass), (0.5 + 2 · 0.5²) kg m² over 2 kg
-const Vector3 none = Vector3::Zero();
-constexpr std::array all_axes{true, true, true};
+const Vector3 zero = Vector3::Zero();
 constexpr double rounding = 1e-12;  // measured at most 2e-16
 
 /// Returns a body of 2 kg, with the largest moment 0.5 kg m², on a joint with the world.
@@ -39,14 +39,14 @@ Scene jointed_body(const std::vector<JointLimit>& limits) {
   body.inverse_mass = 0.5;
   body.inverse_inertia = {10, 4, 2};
   body.pose = joint_in_world * Pose{-anchor, Quaternion::Identity()};
-  scene.joints.push_back(test::ball_joint(world_body, 1, none, anchor));
+  scene.joints.push_back(test::ball_joint(world_body, 1, zero, anchor));
   scene.joints[0].frame_a = joint_in_world;
   scene.joints[0].limits = limits;
   return scene;
 }
 
 /// Returns the gap after the body's frame at the joint is moved and then turned, in the joint's axes.
-double gap_at(const std::vector<JointLimit>& limits, const Vector3& by, const Vector3& turn = none) {
+double gap_at(const std::vector<JointLimit>& limits, const Vector3& by, const Vector3& turn = zero) {
   const Scene scene = jointed_body(limits);
   State state = initial_state(scene);
   const Pose moved =
@@ -66,9 +66,9 @@ TEST(JointGap, CountsLockedDirections) {
 }
 
 TEST(JointGap, CountsLockedAnglesTimesTheLever) {
-  EXPECT_NEAR(gap_at({locked(true, all_axes)}, none, {0.02, 0.01, -0.02}), 0.03 * lever, rounding);
-  EXPECT_NEAR(gap_at({locked(true, {true, true, false})}, none, {0.03, 0, 0}), 0.03 * lever, rounding);
-  EXPECT_NEAR(gap_at({locked(true, {false, true, false})}, none, {0, -0.03, 0}), 0.03 * lever, rounding);
+  EXPECT_NEAR(gap_at({locked(true, all_axes)}, zero, {0.02, 0.01, -0.02}), 0.03 * lever, rounding);
+  EXPECT_NEAR(gap_at({locked(true, {true, true, false})}, zero, {0.03, 0, 0}), 0.03 * lever, rounding);
+  EXPECT_NEAR(gap_at({locked(true, {false, true, false})}, zero, {0, -0.03, 0}), 0.03 * lever, rounding);
 }
 
 TEST(JointGap, IgnoresFreeDirections) {
@@ -86,7 +86,7 @@ TEST(JointGap, CountsExcessOverLimit) {
   for (const auto& [x, gap] : {std::pair{0.2, 0.0}, {0.5, 0.2}, {-0.5, 0.4}})
     EXPECT_NEAR(gap_at({between}, {x, 1, 1}), gap, rounding);
   EXPECT_NEAR(gap_at({range(false, all_axes, 1, 1)}, {0, 0, 0.7}), 0.3, rounding);
-  EXPECT_NEAR(gap_at({range(true, {true, false, false}, -1, 1)}, none, {1.2, 0, 0}), 0.2 * lever, rounding);
+  EXPECT_NEAR(gap_at({range(true, {true, false, false}, -1, 1)}, zero, {1.2, 0, 0}), 0.2 * lever, rounding);
 }
 
 TEST(JointGap, TakesTheSmallerLeverOfTwoBodies) {
@@ -202,7 +202,7 @@ Metrics measured(const Scene& scene, const Settings& settings) {
 TEST(Violations, WarnsWhereSummedRotationTurnsMomentum) {
   Scene scene = test::empty_scene();
   scene.gravity.setZero();
-  test::add_box(scene, {0.4, 0.9, 1.3}, 2, {none, Quaternion::Identity()}, 0);
+  test::add_box(scene, {0.4, 0.9, 1.3}, 2, {zero, Quaternion::Identity()}, 0);
   const Vector3 inertia =
       2.0 / 12 * Vector3(0.9 * 0.9 + 1.3 * 1.3, 0.4 * 0.4 + 1.3 * 1.3, 0.4 * 0.4 + 0.9 * 0.9);
   for (const Vector3& spin : {Vector3(60, 33, -47), Vector3(9, 5, -7)}) {
@@ -249,7 +249,7 @@ TEST(Violations, NamesBodiesThatPassThrough) {
   EXPECT_THAT(violations(scene, metrics), is_one(Severity::warning));
 }
 
-constexpr double step = 1.0 / 60;
+constexpr double frame_step = 1.0 / 60;
 
 Scene scene_with(const Shape& obstacle, const Pose& place) {
   Scene scene = test::empty_scene();
@@ -269,11 +269,11 @@ bool passes(const Shape& obstacle, const Vector3& from, const Vector3& to,
   State state = initial_state(scene);
   state.q[1].linear = place * from;
   const Vector3 middle = bounce.empty() ? 0.5 * (from + to) : bounce[0];
-  state.v[1].linear = place.orientation * (2 * (middle - from) / step);
+  state.v[1].linear = place.orientation * (2 * (middle - from) / frame_step);
   PassageMeter meter(scene, state);
   state.q[1].linear = place * to;
-  state.v[1].linear = place.orientation * (2 * (to - middle) / step);
-  meter.add(state, step);
+  state.v[1].linear = place.orientation * (2 * (to - middle) / frame_step);
+  meter.add(state, frame_step);
   return !meter.passages().empty();
 }
 
@@ -310,10 +310,10 @@ bool blade_passes(double distance, double turned) {
   post.placement.position = {distance, 0, 0};
   test::add_box(scene, {1, 0.1, 0.02}, 1, {{0, 0, 0}, rotation_quaternion({0, turned - 0.4, 0})}, 0);
   State state = initial_state(scene);
-  state.v[1].angular = {0, 0.8 / step, 0};
+  state.v[1].angular = {0, 0.8 / frame_step, 0};
   PassageMeter meter(scene, state);
   state.q[1].angular = rotation_quaternion({0, turned + 0.4, 0});
-  meter.add(state, step);
+  meter.add(state, frame_step);
   return !meter.passages().empty();
 }
 
@@ -331,10 +331,10 @@ TEST(PassageMeter, IgnoresPairsThatJointsSilence) {
   scene.joints[0].silent_colliders = {0};
   State state = initial_state(scene);
   state.q[1].linear = {0, 1, 0};
-  state.v[1].linear = {0, -2 / step, 0};
+  state.v[1].linear = {0, -2 / frame_step, 0};
   PassageMeter meter(scene, state);
   state.q[1].linear = {0, -1, 0};
-  meter.add(state, step);
+  meter.add(state, frame_step);
   EXPECT_TRUE(meter.passages().empty());
 }
 

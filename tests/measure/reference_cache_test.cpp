@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -31,8 +30,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 
 TEST(ReferenceCache, RoundTripKeepsBits) {
   const test::TemporaryFolder folder;
-  const std::vector<double> numbers{
-      0.1, -0.0, 1.0 / 3, 5e-324, 1e300, std::numeric_limits<double>::infinity(), 16777217};
+  const std::vector<double> numbers{0.1, -0.0, 1.0 / 3, 5e-324, 1e300, infinity, 16777217};
   ReferenceCache(folder.path() / "substep").keep("one", numbers);
   const ReferenceCache cache(folder.path() / "substep");
   ASSERT_TRUE(cache.find("one"));

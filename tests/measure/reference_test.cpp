@@ -21,8 +21,8 @@
 namespace substep {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr std::array all_axes{true, true, true};
+using std::numbers::pi;
+using test::all_axes;
 
 /// Returns the state after `duration`, with steps of the scene's step over `divisions`; calls `at_step` with
 /// time and state.

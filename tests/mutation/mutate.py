@@ -142,7 +142,8 @@ def children_time() -> float:
 
 
 class Workshop:
-    """Uses an existing build, and replaces nothing in it but the program, while a test needs that."""
+    """Has a build of its own, where each source is compiled alone, and replaces nothing in it but the program, while a test needs
+    that."""
 
     def __init__(self, build: pathlib.Path, results: pathlib.Path):
         self.build, self.results_file = build, results
@@ -152,6 +153,8 @@ class Workshop:
         self.commands: dict[str, list[str]] = {}
 
     def open(self, files: set[str]) -> None:
+        subprocess.run(["cmake", "-S", TREE, "-B", self.build, "-G", "Ninja", "-D", "CMAKE_BUILD_TYPE=Release",
+                        "-D", "SUBSTEP_SOURCES_AT_ONCE=OFF"], check=True, stdout=subprocess.DEVNULL)
         for command in json.loads((self.build / "compile_commands.json").read_text()):
             self.commands[command["file"]] = shlex.split(command["command"])
         targets = sorted({program.name for file in files for program in self.programs_of(file) if program.suffix != ".py"})
@@ -312,8 +315,8 @@ def table(verdicts: dict[str, str]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=pathlib.Path, default=TREE / "build")
-    parser.add_argument("--results", type=pathlib.Path, default=TREE / "out/mutation.json")
+    parser.add_argument("--build", type=pathlib.Path, default=TREE / "out/mutation")
+    parser.add_argument("--results", type=pathlib.Path, default=TREE / "out/mutation/results.json")
     parser.add_argument("--area", default=["sim"], nargs="+", help="folders or files: sim, sim/geometry, golden, …")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)

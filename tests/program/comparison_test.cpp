@@ -18,22 +18,17 @@
 #include "render/video/strips.h"
 #include "render/video/titles.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
 #include "tests/error_message.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::render {
 namespace {
 
 using VideoRun = render::Run;
-
-Scene scene(const std::string& name) {
-  return load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
-}
 
 /// Returns the settings of a comparison of these panels, or of the default ones.
 ComparisonSettings settings(const Scene& scene, double duration,
@@ -65,7 +60,7 @@ double squared_distance_of_points(const Body& body, const Coordinates& is, const
 
 TEST(Comparison, MeasuresTheDistanceOfTheBodiesPoints) {
   for (const char* const name : {"tumbling_body", "rod_chain"}) {
-    const Scene loaded = scene(name);
+    const Scene loaded = scene_named(name);
     const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
     ASSERT_EQ(comparison.times.size(), 31u);
     for (const VideoRun& run : comparison.runs) {
@@ -92,7 +87,7 @@ TEST(Comparison, MeasuresTheDistanceOfTheBodiesPoints) {
 }
 
 TEST(Comparison, GivesPanelsEqualRowSolvesAndOneClock) {
-  const Scene loaded = scene("rod_chain");
+  const Scene loaded = scene_named("rod_chain");
   ComparisonSettings chosen = settings(loaded, 0.5);
   Settings base = chosen.panels[2].settings;
   base.substeps = 3;
@@ -108,17 +103,17 @@ TEST(Comparison, GivesPanelsEqualRowSolvesAndOneClock) {
 }
 
 TEST(Comparison, RefinesTheReferenceWhereBodiesMove) {
-  const Scene resting = scene("box_stack");
+  const Scene resting = scene_named("box_stack");
   const Comparison stack = simulate_comparison(resting, settings(resting, 0.2));
   EXPECT_EQ(stack.reference->method, "A1 itself, h=1/240");
   EXPECT_EQ(stack.reference->known, stack.times.size());
   EXPECT_LE(std::ranges::max(stack.reference->uncertainty), 1e-9 * size_of(resting));
-  const Scene moving = scene("sliding_ball");
+  const Scene moving = scene_named("sliding_ball");
   EXPECT_EQ(simulate_comparison(moving, settings(moving, 0.2)).reference->method, "A1 itself, h=1/960");
 }
 
 TEST(Comparison, UsesTheIntegratorForSmoothScenes) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
   EXPECT_EQ(comparison.reference->method, "own, order 8, h=1/960");
   EXPECT_EQ(comparison.reference->known, comparison.times.size());
@@ -129,7 +124,7 @@ TEST(Comparison, UsesTheIntegratorForSmoothScenes) {
 }
 
 TEST(Comparison, UsesA1WhereTheIntegratorEnds) {
-  const Scene loaded = scene("governor");
+  const Scene loaded = scene_named("governor");
   const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
   EXPECT_TRUE(comparison.reference->is_a1);
   EXPECT_EQ(comparison.reference->fate, "");
@@ -138,7 +133,7 @@ TEST(Comparison, UsesA1WhereTheIntegratorEnds) {
 
 TEST(Comparison, ShowsGapsWithoutAReference) {
   // The chain is shorter than the gap it spans: no motion obeys its joints, and A1 diverges at any step.
-  const Scene loaded = scene("short_chain");
+  const Scene loaded = scene_named("short_chain");
   ComparisonSettings chosen = settings(loaded, 0.5, {"a5", "a3,n=2"});
   chosen.reference_substeps = 8;
   chosen.frame_interval = 0.2 / 30;
@@ -157,7 +152,7 @@ TEST(Comparison, ShowsGapsWithoutAReference) {
 }
 
 TEST(Comparison, ShowsLogsAndEngines) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   const test::TemporaryFolder folder;
   const auto log = folder.path() / "comparison_test.poses.txt";
   const ComparisonSettings chosen = settings(loaded, 0.5, {"a4,n=2", "log:" + log.string(), "order-8"});
@@ -171,7 +166,7 @@ TEST(Comparison, ShowsLogsAndEngines) {
 }
 
 TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
-  const Scene loaded = scene("box_stack");
+  const Scene loaded = scene_named("box_stack");
   ComparisonSettings choice = settings(loaded, 0.2, {"a1", "a5"});
   choice.has_reference = false;
   choice.readings = {true, true, true, true, true};
@@ -192,7 +187,7 @@ TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
 }
 
 TEST(Comparison, FindsTheFirstDivergenceOfABody) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
   VideoRun run = comparison.runs[4];
   run.poses = comparison.reference->poses;
@@ -223,7 +218,7 @@ TEST(FrameClock, PutsFramesBetweenSteps) {
 }
 
 TEST(SlowMotion, InterpolatesPosesAndAddsNoError) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   ComparisonSettings chosen = settings(loaded, 0.5, {"a3", "a3,step=1/480"});
   chosen.frame_interval = 1.0 / 60;
   const Comparison exact = simulate_comparison(loaded, chosen);
@@ -318,7 +313,7 @@ TEST(Titles, ShowDifferingSettings) {
 }
 
 TEST(Titles, ShadePanelsOfOneAlgorithm) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   ComparisonSettings chosen = settings(loaded, 0, {"a5,n=2", "a4", "a5,n=10", "a5,n=20"});
   chosen.has_reference = false;
   std::vector<Color> colors;
@@ -385,7 +380,7 @@ TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
 }
 
 TEST(StripAxis, ShowsTheExpectedQuantity) {
-  const Scene loaded = scene("incline");
+  const Scene loaded = scene_named("incline");
   const auto way = std::ranges::find(loaded.expected, Quantity::way, &Expectation::quantity);
   ComparisonSettings chosen = settings(loaded, way->from, {"a5"});
   chosen.has_reference = false;

@@ -14,16 +14,11 @@
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/measure/motion.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep::render {
 namespace {
-
-Scene scene(const std::string& name) {
-  return load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
-}
 
 /// Returns A1 to A5 and the reference in a scene.
 Comparison compared(const Scene& scene, double duration, const ReadingChoice& readings = {}) {
@@ -42,7 +37,7 @@ Image frame_of(const Composition& composition, int k) {
 }
 
 TEST(Composition, MarksDivergedRun) {
-  Comparison comparison = compared(scene("pendulum"), 0.2);
+  Comparison comparison = compared(scene_named("pendulum"), 0.2);
   // Returns the reddest pixel in the middle of the second panel's picture.
   const auto reddest = [&] {
     const Image image = frame_of(Composition(comparison, "test", 640, 360), 6);
@@ -73,7 +68,7 @@ TEST(Composition, ArrangesPanelsByNumberAndFrameShape) {
 }
 
 TEST(Composition, FillsFramesOfAnyShape) {
-  const Comparison comparison = compared(scene("pendulum"), 0);
+  const Comparison comparison = compared(scene_named("pendulum"), 0);
   for (const auto& [width, height] :
        {std::pair(720, 720), std::pair(404, 720), std::pair(1280, 320), std::pair(360, 640)}) {
     const Composition composition(comparison, "a title that is rather long for some of them", width, height);
@@ -87,7 +82,7 @@ TEST(Composition, FillsFramesOfAnyShape) {
 }
 
 TEST(Composition, StacksStrips) {
-  const Comparison comparison = compared(scene("pendulum"), 0.2, {.gap = true, .energy = true});
+  const Comparison comparison = compared(scene_named("pendulum"), 0.2, {.gap = true, .energy = true});
   const Composition one(comparison, "test", 1280, 720);
   const Composition two(comparison, "test", 1280, 720, {}, strips_named({"error", "gap", "gap"}));
   EXPECT_EQ(one.picture_height() - two.picture_height(), 62);
@@ -122,7 +117,7 @@ class Overlay : public testing::Test {
     return {p[0], p[1], p[2]};
   }
 
-  const Scene scene_ = scene("pendulum");
+  const Scene scene_ = scene_named("pendulum");
   const View view_ = view_from(*scene_.camera, 16.0 / 9);
   Image picture_{320, 180};
   Image bodies_{320, 180};
@@ -226,7 +221,7 @@ TEST_F(Overlay, RejectsUnknownNames) {
 }
 
 TEST(FilmCamera, HoldsAllRunsButAnExplosion) {
-  const Scene loaded = scene("pendulum");
+  const Scene loaded = scene_named("pendulum");
   Comparison comparison;
   comparison.times.resize(3);
   comparison.runs.resize(3);
@@ -240,7 +235,7 @@ TEST(FilmCamera, HoldsAllRunsButAnExplosion) {
 }
 
 TEST(FilmCamera, TakesNameOfNodeOrCamera) {
-  Scene loaded = scene("pendulum");
+  Scene loaded = scene_named("pendulum");
   Camera side = *loaded.camera;
   side.pose.position = {7, 0, 0};
   loaded.cameras.push_back({"on the left", "wide", side});
@@ -252,7 +247,7 @@ TEST(FilmCamera, TakesNameOfNodeOrCamera) {
 }
 
 TEST(FilmCamera, FollowsABodyAndOrbitsTheScene) {
-  const Scene loaded = scene("rod_chain");
+  const Scene loaded = scene_named("rod_chain");
   const View view = view_from(*loaded.camera, 16.0 / 9);
   const FilmCamera follow = camera_named("follow:" + loaded.bodies[2].name, loaded);
   EXPECT_EQ(follow.follows, 2);

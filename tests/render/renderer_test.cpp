@@ -261,7 +261,7 @@ TEST(Renderer, LeavesOutBodiesAtBadPoses) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {
     std::vector<Coordinates> poses = start_of(scene);
     poses[1].linear.y() = bad;
-    poses[2].angular.x() = std::numeric_limits<double>::infinity();
+    poses[2].angular.x() = infinity;
     const std::map<int, int> count = pixels_per_body(renderer.draw_bodies(poses));
     EXPECT_EQ(count.count(1), 0u);
     EXPECT_EQ(count.count(2), 0u);

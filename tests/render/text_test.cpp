@@ -88,7 +88,7 @@ TEST(Text, IgnoresFarAndNonFinitePositions) {
   const Image empty(50, 30);
   Image image = empty;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinite = std::numeric_limits<double>::infinity();
+  const double infinite = infinity;
   for (const double far : {nan, infinite, -infinite, 1e300, -1e18, 3e9}) {
     draw_text(image, far, 10, "text", {});
     draw_text(image, 10, far, "text", {});

@@ -12,7 +12,7 @@
 #include "render/report/report.h"
 #include "render/report/report_tables.h"
 #include "sim/study/sweep_results.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep::report {
 namespace {
@@ -21,19 +21,15 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-fs::path scenes() {
-  return fs::path(test::source_folder) / "scenes";
-}
-
 /// Records of a pendulum and a rod chain, at halved steps and doubled sub-steps; made once for all tests.
 class SweepResults : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     const fs::path folder = fs::path(test::build_folder) / "tests/report/sweep";
     fs::create_directories(folder);
-    const std::string rod_chain = (scenes() / "rod_chain.gltf").string();
+    const std::string rod_chain = (scenes_folder() / "rod_chain.gltf").string();
     const std::string grid = fmt::format("[[grid]]\nscenes = [\"{}\", \"{}\"]\n",
-                                         (scenes() / "pendulum.gltf").string(), rod_chain);
+                                         (scenes_folder() / "pendulum.gltf").string(), rod_chain);
     std::ofstream(folder / "small.toml")
         << "horizon = 1\nmost = 32\n"
         << grid << "algorithms = [\"a1\", \"a2\"]\ndivisions = [1, 2, 4, 8, 16]\niterations = [16]\n"
@@ -45,7 +41,7 @@ class SweepResults : public testing::Test {
     merge_sweep(sweep, folder / "results");
     source_ = new FigureSource;
     source_->records = read_records(folder / "results");
-    source_->scenes = scenes();
+    source_->scenes = scenes_folder();
     source_->properties = false;
   }
   static void TearDownTestSuite() { delete source_; }
@@ -163,7 +159,7 @@ TEST_F(SweepResults, FillInThePage) {
 
 TEST_F(SweepResults, KeepThePageToItsOwnScenes) {
   const std::string page = to_markdown(report_page(source(), {}));
-  for (const fs::directory_entry& entry : fs::directory_iterator(scenes())) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(scenes_folder())) {
     const std::string name = entry.path().stem().string();
     const bool is_own = name == "pendulum" || name == "rod_chain";
     const bool is_a_word = name == "overlap";

@@ -12,12 +12,11 @@
 #include "render/report/report.h"
 #include "render/report/report_tables.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep::report {
 namespace {
@@ -26,10 +25,6 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-fs::path scenes() {
-  return fs::path(test::source_folder) / "scenes";
-}
 
 /// Returns a run that stands.
 SweepRecord standing(Algorithm algorithm, int n, std::int64_t row_solves, double moved) {
@@ -72,7 +67,7 @@ TEST(Descendants, HaveRowsOfSpringsOrRestitution) {
 }
 
 TEST(Descendants, CountIterationsOfAvbd) {
-  const Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  const Scene scene = scene_named("heavy_chain");
   const std::vector<NeededSubsteps> needed =
       needed_substeps(scene, default_settings(Algorithm::avbd), 0.1, 16);
   EXPECT_GT(needed[0].substeps, 1);  // measured 5 of at most 256
@@ -86,7 +81,7 @@ TEST(ReportTables, SpringsMatchImplicitSteps) {
 }
 
 TEST(DefaultSweep, ComparesAlgorithmsAtEqualSettings) {
-  const Sweep sweep = read_sweep(scenes() / "sweep.toml");
+  const Sweep sweep = read_sweep(scenes_folder() / "sweep.toml");
   EXPECT_TRUE(sweep.properties);
   for (const char* const scene : {"ragdoll", "squeezer", "box_pyramid", "rock_slide"})
     EXPECT_TRUE(sweep.scenes.contains(scene)) << scene;
@@ -103,7 +98,7 @@ TEST(DefaultSweep, ComparesAlgorithmsAtEqualSettings) {
 }
 
 TEST(StabilityLimit, EqualsFewestStableSubsteps) {
-  Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  Scene scene = scene_named("heavy_chain");
   scene.duration = 1;
   const ReferenceMotion reference = reference_motion(scene, 1);
   Settings settings = usual_settings(scene, Algorithm::a5);
@@ -117,7 +112,7 @@ TEST(StabilityLimit, EqualsFewestStableSubsteps) {
 }
 
 TEST(ValidityMaps, DivideStepsOfA1ForMassRatios) {
-  const Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  const Scene scene = scene_named("heavy_chain");
   const std::vector<MassRatioPoint> points =
       mass_ratio_map(scene, usual_settings(scene, Algorithm::a1), 0.5, 8);
   ASSERT_EQ(points.size(), 20u);
@@ -136,11 +131,11 @@ TEST(ValidityMaps, NeverGiveASpringEnergy) {
 }
 
 TEST(ValidityMaps, JoinTheLinksOfALongerChain) {
-  const Scene chain = lengthened_chain(load_scene(scenes() / "rod_chain.gltf"), 12);
+  const Scene chain = lengthened_chain(scene_named("rod_chain"), 12);
   EXPECT_EQ(chain.bodies.size(), 13u);
   EXPECT_EQ(chain.joints.size(), 12u);
   EXPECT_LT(JointGapMeter(chain).gap(initial_state(chain)), 1e-12);
-  EXPECT_THROW(lengthened_chain(load_scene(scenes() / "pendulum.gltf"), 5), Error);
+  EXPECT_THROW(lengthened_chain(scene_named("pendulum"), 5), Error);
 }
 
 /// Returns a run of two known figures with these measured values.

@@ -12,12 +12,12 @@ using nlohmann::json;
 using testing::HasSubstr;
 using namespace test;
 
-json with(const std::string& expected) {
+json scene_with(const std::string& expected) {
   return edited("/scenes/0/extras/substep = {\"duration\": 3, \"expected\": " + expected + "}");
 }
 
 TEST(Expected, IsReadWithItsBodiesAndUnits) {
-  const Scene scene = load(with(R"([
+  const Scene scene = load(scene_with(R"([
     {"quantity": "displacement", "value": 0, "tolerance": 0.05, "source": "it stands"},
     {"quantity": "way", "body": "rock", "relative_to": "crate", "direction": [0, 3, -4], "at": 2, "value": -1,
      "tolerance": 0.1, "source": "a closed form", "name": "how far"},
@@ -48,7 +48,7 @@ TEST(Expected, IsReadWithItsBodiesAndUnits) {
 }
 
 TEST(Expected, StaysReadsItsLevel) {
-  const Scene scene = load(with(R"([
+  const Scene scene = load(scene_with(R"([
     {"quantity": "joint_gap", "stays": 0.25, "at_least": 3, "tolerance": 0.1, "source": "a paper"},
     {"quantity": "contact_impulse", "direction": [0, 2, 0], "at": 1, "value": 1, "tolerance": 0.1, "source": "s"}])"));
   EXPECT_EQ(scene.expected[0].reading, Reading::stays);
@@ -60,7 +60,8 @@ TEST(Expected, StaysReadsItsLevel) {
 }
 
 TEST(Expected, SceneOverridesDocument) {
-  json document = with(R"([{"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "the scene"}])");
+  json document =
+      scene_with(R"([{"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "the scene"}])");
   document["extras"] = json::parse(R"({"substep": {"expected": []}})");
   EXPECT_EQ(load(document).expected.size(), 1u);
   document["scenes"][0].erase("extras");
@@ -106,7 +107,7 @@ TEST(Expected, RefusalNamesPlaceAndRemedy) {
     SCOPED_TRACE(row[0]);
     json item = good;
     item.merge_patch(json::parse("{" + row[0] + "}"));
-    const std::string message = complaint(with(json::array({item}).dump()));
+    const std::string message = complaint(scene_with(json::array({item}).dump()));
     const std::string place = "/scenes/0/extras/substep/expected/0" + (row.size() > 2 ? row[2] : "");
     EXPECT_THAT(message, HasSubstr(place + ": "));
     EXPECT_THAT(message, HasSubstr(row[1]));
@@ -115,7 +116,7 @@ TEST(Expected, RefusalNamesPlaceAndRemedy) {
 
 TEST(Expected, RefusesMoreThanAThousand) {
   const json item = json::parse(R"({"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "s"})");
-  EXPECT_THAT(complaint(with(json(std::vector<json>(1001, item)).dump())),
+  EXPECT_THAT(complaint(scene_with(json(std::vector<json>(1001, item)).dump())),
               HasSubstr("has 1001 items; at most 1000 are read"));
 }
 

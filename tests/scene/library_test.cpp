@@ -10,12 +10,12 @@
 #include "sim/loading/load_scene.h"
 #include "sim/model/model.h"
 #include "sim/scene/scene.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(test::source_folder) / "scenes";
+const std::filesystem::path folder = scenes_folder();
 
 Scene library_scene(const std::string& name) {
   return load_scene(folder / (name + ".gltf"));

@@ -155,7 +155,7 @@ json with_shapes(const char* shape, int count, bool scaled) {
   return document;
 }
 
-Crafted with(const std::string& edits) {
+Crafted crafted_with(const std::string& edits) {
   return as_gltf(edited(edits));
 }
 
@@ -217,11 +217,11 @@ Crafted text_mesh(const Geometry& geometry, int copies) {
 const std::vector<Case>& cases() {
   static const std::vector<Case> all = {
       {"CountWithoutBytes", "/accessors/0", "ends at byte",
-       [] { return with("/accessors/0/count = 4294967295"); }},
+       [] { return crafted_with("/accessors/0/count = 4294967295"); }},
       {"CountBeyondAll", "/accessors/0/count", "is more than",
-       [] { return with("/accessors/0/count = 1000000000000000"); }},
+       [] { return crafted_with("/accessors/0/count = 1000000000000000"); }},
       {"SparseAccessor", "/accessors/0", "is sparse",
-       [] { return with("/accessors/0/sparse/count = 4000000000"); }},
+       [] { return crafted_with("/accessors/0/sparse/count = 4000000000"); }},
       {"PrimitivesShareAnAccessor", "/meshes/0/primitives", "more than",
        [] {
          const Geometry geometry = ball(40'000);
@@ -294,7 +294,7 @@ const std::vector<Case>& cases() {
          return as_gltf(document);
        }},
       {"NameLong", "/nodes/1/name", "the longest name",
-       [] { return with("/nodes/1/name = \"" + std::string(1'000'000, 'n') + '"'); }},
+       [] { return crafted_with("/nodes/1/name = \"" + std::string(1'000'000, 'n') + '"'); }},
       {"NameOfManyPieces", "/meshes/0/name", "the longest name",
        [] {
          json document = edited("/meshes/0/name = \"" + std::string(300'000, 'n') + '"');
@@ -332,7 +332,7 @@ const std::vector<Case>& cases() {
          return collided(geometry, 1, true, true, false);
        }},
       {"StepsWithoutEnd", "", "",  // the loader only reads them; a run refuses them
-       [] { return with("/extras/substep = {\"duration\": 1e300, \"step\": 1e-300}"); }},
+       [] { return crafted_with("/extras/substep = {\"duration\": 1e300, \"step\": 1e-300}"); }},
       {"MeshesDroppedOften", "/nodes/", "the meshes to drop",
        [] {
          Geometry geometry = grid(100);

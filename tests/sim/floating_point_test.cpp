@@ -13,17 +13,16 @@
 #include <pmmintrin.h>
 #endif
 
-#include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "sim/simulation.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
 
 /// Returns the log of a scene with joints, contacts and friction.
 std::string log_of(const std::string& name, Algorithm algorithm) {
-  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
+  const Scene scene = scene_named(name);
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
   Simulation simulation(scene, settings);

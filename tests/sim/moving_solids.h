@@ -24,7 +24,7 @@ struct Core {
     Vector3 flat(along.x(), 0, along.z());
     if (flat.squaredNorm() > 0) flat.normalize();
     Vector3 best = Vector3::Zero();
-    double height = -std::numeric_limits<double>::infinity();
+    double height = -infinity;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vector3 point = disc.empty() ? corners[i] : Vector3(corners[i] + disc[i] * flat);
       if (along.dot(point) <= height) continue;
@@ -154,7 +154,7 @@ inline Solid random_solid(Random& random, double size) {
 inline Vector3 nearest_to_origin(std::vector<Vector3>& simplex) {
   Vector3 best = simplex[0];
   std::vector<Vector3> kept{simplex[0]};
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   for (unsigned mask = 1; mask < 1U << simplex.size(); ++mask) {
     std::vector<Vector3> corners;
     for (std::size_t i = 0; i < simplex.size(); ++i) {
@@ -206,7 +206,7 @@ inline double distance(const Core& a, const Pose& pose_a, const Core& b, const P
 }
 
 inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const Pose& pose_b) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   for (const Part& one : a.parts) {
     for (const Part& other : b.parts)
       least =
@@ -217,7 +217,7 @@ inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const
 
 /// Returns the height of a solid above the plane through the origin with this unit normal.
 inline double height_above(const Vector3& normal, const Solid& solid, const Pose& pose) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   for (const Part& part : solid.parts)
     least = std::min(least, normal.dot(part.core.support(pose * part.placement, -normal)));
   return least;

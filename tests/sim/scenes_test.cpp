@@ -353,7 +353,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a5}) {
     Settings settings = settings_of(algorithm, 1.0 / 60);
     settings.tau = 0.3;
-    double energy_before = std::numeric_limits<double>::infinity();
+    double energy_before = infinity;
     double largest_rise = 0;
     double greatest = 0;  // kinetic energy
     double moving = 0;    // until when it is more than a hundredth of that

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 
@@ -43,6 +42,8 @@ inline Scene weightless_scene() {
   return scene;
 }
 
+inline constexpr std::array all_axes{true, true, true};
+
 inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
   JointLimit limit;
   limit.angular = angular;
@@ -65,7 +66,7 @@ inline Joint ball_joint(int a, int b, const Vector3& anchor_a, const Vector3& an
   joint.body_b = b;
   joint.frame_a.position = anchor_a;
   joint.frame_b.position = anchor_b;
-  joint.limits.push_back(locked(false, {true, true, true}));
+  joint.limits.push_back(locked(false, all_axes));
   return joint;
 }
 
@@ -189,7 +190,7 @@ inline int add_ball(Scene& scene, double radius, double mass, const Vector3& pos
   return collider.body;
 }
 
-inline constexpr double infinite_error = std::numeric_limits<double>::infinity();
+inline constexpr double infinite_error = infinity;
 
 /// Steps for `duration`. Returns `look(state, time)` of the last step; infinite where the run diverges.
 template <class Look>

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "tests/error_message.h"
-#include "tests/folders.h"
+#include "tests/scene_files.h"
 #include "tests/temporary_folder.h"
 
 namespace substep {
@@ -18,7 +18,7 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const fs::path scenes = fs::path(test::source_folder) / "scenes";
+const fs::path scenes = scenes_folder();
 
 const std::string head =
     "[[result]]\nname = \"P3\"\nscenes = [\"five_boxes.gltf\"]\nrule = \"A1\"\n"

@@ -12,7 +12,7 @@ if(tool STREQUAL "clang-format")
     OUTPUT_VARIABLE text ERROR_VARIABLE text)
 else()
   # Compile commands of single sources: the build joins several, and uses precompiled headers.
-  execute_process(COMMAND ${CMAKE_COMMAND} -S ${source} -B ${build}/tidy -G Ninja -D SUBSTEP_COMMANDS_AT_ONCE=OFF
+  execute_process(COMMAND ${CMAKE_COMMAND} -S ${source} -B ${build}/tidy -G Ninja -D SUBSTEP_SOURCES_AT_ONCE=OFF
     -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND ${program} --quiet -p ${build}/tidy ${files} RESULT_VARIABLE result OUTPUT_VARIABLE text
     ERROR_VARIABLE ignored)

@@ -8,10 +8,10 @@
 namespace substep {
 namespace {
 
-constexpr const char* folder = "tests/scene/fuzz/corpus";
+constexpr const char* corpus_folder = "tests/scene/fuzz/corpus";
 
 TEST(FuzzCorpus, LoadsOrRefusesEveryFile) {
-  const std::vector<std::string> corpus = test::corpus(folder);
+  const std::vector<std::string> corpus = test::corpus(corpus_folder);
   int loaded = 0;
   for (const std::string& content : corpus) loaded += loads_or_is_refused(content);
   EXPECT_GE(corpus.size(), 20u);
@@ -21,7 +21,7 @@ TEST(FuzzCorpus, LoadsOrRefusesEveryFile) {
 TEST(FuzzCorpus, LoadsOrRefusesChangedFiles) {
   std::mt19937 random(20261121);
   int loaded = 0;
-  for (const std::string& content : test::corpus(folder)) {
+  for (const std::string& content : test::corpus(corpus_folder)) {
     if (content.starts_with("mesh.")) continue;  // a process each
     for (int i = 0; i < 40; ++i) loaded += loads_or_is_refused(test::changed(content, 0, random));
   }
