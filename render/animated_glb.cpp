@@ -14,6 +14,7 @@
 #include "render/camera.h"
 #include "render/glb_writer.h"
 #include "render/ground.h"
+#include "sim/math/rotation.h"
 
 namespace substep::render {
 namespace {
@@ -172,7 +173,7 @@ Json node_at(const std::string& name, const Vector3& place, const Quaternion& or
 
 /// Returns the rotation from −Z, along which cameras and lights look, to a direction.
 Quaternion looking_along(const Vector3& direction) {
-  return Quaternion::FromTwoVectors(-Vector3::UnitZ(), direction.normalized());
+  return shortest_rotation(-Vector3::UnitZ(), direction.normalized());
 }
 
 void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {

@@ -82,7 +82,7 @@ struct Cradles : GltfBuilder {
     for (const int side : {-1, 1}) {
       const Vector3 wire(0, length, side * spread);
       mesh.add(rod(wire.norm() - 0.08, 0.006, 0.001, 12),
-               Pose{Vector3(0, length / 2, side * spread / 2), Quaternion::FromTwoVectors(Y, wire)});
+               Pose{Vector3(0, length / 2, side * spread / 2), shortest_rotation(Y, wire)});
     }
     return mesh.add(rod(0.05, 0.02, 0.006, 20), at(0, radius + 0.01, 0));
   }

@@ -14,18 +14,18 @@ namespace {
 Mesh bar(const Vector3& from, const Vector3& to, double width) {
   const Vector3 along = to - from;
   return Mesh().add(rounded(box({along.norm(), width, width}), width / 8, 2),
-                    Pose{(from + to) / 2, Quaternion::FromTwoVectors(X, along)});
+                    Pose{(from + to) / 2, shortest_rotation(X, along)});
 }
 
 /// Returns a pin about an axis of the node, at a point.
 Mesh pin(const Vector3& point, int axis, double length, double radius) {
   return Mesh().add(rod(length, radius, radius / 8, 24),
-                    Pose{point, Quaternion::FromTwoVectors(Y, Vector3::Unit(axis))});
+                    Pose{point, shortest_rotation(Y, Vector3::Unit(axis))});
 }
 
 /// From a hinge's frame, whose Z is its axis, to the node's.
 Quaternion hinge_about(int axis) {
-  return Quaternion::FromTwoVectors(Z, Vector3::Unit(axis));
+  return shortest_rotation(Z, Vector3::Unit(axis));
 }
 
 Mesh foot(double height, double thickness, const Vector3& point) {
@@ -295,7 +295,7 @@ struct Squeezer : GltfBuilder {
       if (joints.size() == 2 && i == 1) break;
       const Vector3 along = local(i + 1) - local(i);
       bars.add(rounded(box({along.norm(), 0.028, 0.013}), 0.003, 2),
-               Pose{(local(i) + local(i + 1)) / 2 + up, Quaternion::FromTwoVectors(X, along)});
+               Pose{(local(i) + local(i + 1)) / 2 + up, shortest_rotation(X, along)});
     }
     if (name == "crank") bars.add(rod(0.014, 0.06, 0.003, 40), at(local(0) + up) * upright);
     // The body moves in the plane only: its other moments are infinite.

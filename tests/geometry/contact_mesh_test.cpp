@@ -10,6 +10,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/math/rotation.h"
 #include "tests/error_message.h"
 #include "tests/geometry/solids.h"
 
@@ -58,7 +59,7 @@ std::vector<Shape> shapes() {
 /// Returns the depth of a shape in the half-space below a plane through `on` with this normal, by contacts
 /// with a plane.
 double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
-  const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
+  const Pose plane = {on, shortest_rotation(Vector3::UnitY(), normal)};
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
 }
 

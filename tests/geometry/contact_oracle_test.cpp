@@ -9,6 +9,7 @@
 
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/time_of_impact.h"
+#include "sim/math/rotation.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {
@@ -143,7 +144,7 @@ TEST(ContactOracle, GrazingPairsKeepTheirInvariants) {
     // Turn a face of one against a face of the other, where edges may be parallel and corners flush.
     const auto pick = [&](const Polytope& polytope, const Vector3& direction) {
       const Vector3& normal = polytope.face_normals[random() % polytope.face_count()];
-      return Quaternion::FromTwoVectors(normal, direction);
+      return shortest_rotation(normal, direction);
     };
     const Pose pose_b = {Vector3::Zero(), pick(b, Vector3::UnitY())};
     Pose pose_a = {Vector3(0.1 * (trial % 7), 10, 0.1 * (trial % 3)), pick(a, -Vector3::UnitY())};

@@ -10,6 +10,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/math/rotation.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {
@@ -25,7 +26,7 @@ using test::usual_margin;
 
 /// Returns the rotation that turns face 0 along `direction`.
 Quaternion face_towards(const Polytope& polytope, const Vector3& direction) {
-  return Quaternion::FromTwoVectors(polytope.face_normals[0], direction);
+  return shortest_rotation(polytope.face_normals[0], direction);
 }
 
 TEST(Contacts, PlaneOffOriginIsExact) {
@@ -35,7 +36,7 @@ TEST(Contacts, PlaneOffOriginIsExact) {
   const Vector3 aside = tilted * Vector3(0.7, 0, -0.4);
   // Sink shapes of radius 0.5 into the plane by 0.1.
   const Vector3 centre = there + aside + 0.4 * normal;
-  const Quaternion lying = tilted * Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitX());
+  const Quaternion lying = tilted * shortest_rotation(Vector3::UnitY(), Vector3::UnitX());
   for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{1.0, 0.5}),
                              Shape(TaperedCapsule{1.0, 0.5, 0.5}), Shape(Cylinder{1.0, 0.5, 0.5})}) {
     const auto found = contacts(shape, {centre, lying}, Plane{}, {there, tilted}, usual_margin);
@@ -70,7 +71,7 @@ std::vector<Resting> resting_cases() {
   const Quaternion face_up = face_towards(dodeca, Vector3::UnitY());
   const double inner = dodeca.inner_radius;
   const Quaternion on_edge = turn(pi / 4, {1, 0, 0});
-  const Quaternion on_corner = Quaternion::FromTwoVectors(Vector3(1, 1, 1), -Vector3::UnitY());
+  const Quaternion on_corner = shortest_rotation(Vector3(1, 1, 1), -Vector3::UnitY());
   const Quaternion lying = turn(pi / 2, {0, 0, 1});
   const Capsule capsule;
   const Polytope plate = box({1, 0.02, 1});
@@ -81,13 +82,11 @@ std::vector<Resting> resting_cases() {
   // The side's normal (cosine, sine) turned down.
   const Cylinder frustum = make_cylinder(1, 0.5, 0.25);
   const double slant = std::sqrt(1 + 0.0625);
-  const Quaternion on_side =
-      Quaternion::FromTwoVectors(Vector3(1 / slant, 0.25 / slant, 0), -Vector3::UnitY());
+  const Quaternion on_side = shortest_rotation(Vector3(1 / slant, 0.25 / slant, 0), -Vector3::UnitY());
   const double side_height = (0.5 - 0.25 * 0.5) / slant;
   // Balls of 0.3 and 0.1 a metre apart: the middle of its axis is 0.2 from the side.
   const TaperedCapsule skittle = make_tapered_capsule(1, 0.3, 0.1);
-  const Quaternion skittle_lying =
-      Quaternion::FromTwoVectors(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
+  const Quaternion skittle_lying = shortest_rotation(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
   const TriangleMesh floor = test::flat_mesh(16, 0.5, 0);
   const Pose half_up = {{0, 0.5, 0}, upright};
   const Pose below = {{0, -0.5, 0}, upright};

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sim/loading/load_scene.h"
+#include "sim/math/rotation.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/stepper.h"
@@ -48,7 +49,7 @@ Body bar(const Vector3& from, const Vector3& to, const Vector3& axis, double mas
 void join(Scene& scene, int a, int b, const Vector3& point, const std::optional<Vector3>& axis) {
   const auto frame = [&](int body) {
     const Pose& pose = scene.bodies[static_cast<std::size_t>(body)].pose;
-    const Quaternion turn = Quaternion::FromTwoVectors(Vector3::UnitZ(), axis.value_or(Vector3::UnitZ()));
+    const Quaternion turn = shortest_rotation(Vector3::UnitZ(), axis.value_or(Vector3::UnitZ()));
     return Pose{pose.orientation.conjugate() * (point - pose.position), pose.orientation.conjugate() * turn};
   };
   Joint joint = test::ball_joint(a, b, Vector3::Zero(), Vector3::Zero());

@@ -1,6 +1,7 @@
 // Compares bodies that miss each other, slide over seams or fly fast with closed forms that share nothing
 // with the solver, at default settings, in random scenes. Prints a table.
 
+#include "sim/math/rotation.h"
 #include "tests/sim/moving_solids.h"
 
 namespace substep::test {
@@ -117,7 +118,7 @@ Trial draw_fly_past(Random& random) {
     add_body(scene, drawn.other, drawn.start_of_other, substance_of(drawn.other));
     reaches.push_back(drawn.other.reach());
   } else if (drawn.kind == Kind::plane) {
-    const Pose plane{Vector3::Zero(), Quaternion::FromTwoVectors(Vector3::UnitY(), drawn.normal)};
+    const Pose plane{Vector3::Zero(), shortest_rotation(Vector3::UnitY(), drawn.normal)};
     add_static_plane(scene, plane, substance);
   } else {
     add_static(scene, drawn.other, drawn.start_of_other.pose, substance);
@@ -312,7 +313,7 @@ Trial draw_fast(Random& random) {
   const double radius = is_rod ? 0.01 : random.between(0.02, 0.1);
   const double e = random.one_of({0.0, 0.5, 0.95});
   const Vector3 along = random.direction();
-  const Quaternion turn = Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3(-along));
+  const Quaternion turn = shortest_rotation(Vector3::UnitY(), Vector3(-along));
   const double rod = 0.5;  // half of its length
   Substance substance{1, ball_moments(1, radius), e, 0.6};
   if (is_rod) substance.moments = Vector3(0.1, 1, 1) * rod * rod / 3;

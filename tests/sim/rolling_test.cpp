@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim/geometry/round_shapes.h"
+#include "sim/math/rotation.h"
 #include "sim/simulation.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
@@ -49,7 +50,7 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
     body.pose = {{3, x.radius, -2}, Quaternion(0.5, 0.5, -0.5, 0.5)};
     // Y of a solid across the way down, in the floor.
     if (!std::holds_alternative<Sphere>(x.shape))
-      body.pose.orientation = Quaternion::FromTwoVectors(Vector3::UnitY(), down.cross(Vector3::UnitY()));
+      body.pose.orientation = shortest_rotation(Vector3::UnitY(), down.cross(Vector3::UnitY()));
     scene.colliders.back().shape = x.shape;
     const double acceleration = gravity * std::sin(x.slope) / (1 + x.share);
     const auto error = [&](const State& state, double time) {

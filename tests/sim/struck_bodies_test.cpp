@@ -1,5 +1,6 @@
 // Compares hits of balls on balls, edges, walls and planes, in random scenes, with the law of impact.
 
+#include "sim/math/rotation.h"
 #include "tests/sim/moving_solids.h"
 
 namespace substep::test {
@@ -154,7 +155,7 @@ Balls draw_row(Random& random) {
   if (has_wall) {
     balls.wall = reached;
     add_static(balls.scene, box_of({2, 0.01, 2}),
-               {(reached + 0.005) * balls.along, Quaternion::FromTwoVectors(Vector3::UnitY(), balls.along)},
+               {(reached + 0.005) * balls.along, shortest_rotation(Vector3::UnitY(), balls.along)},
                {1, Vector3::Ones(), balls.e, 0});
   }
   return balls;

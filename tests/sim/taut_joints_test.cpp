@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "sim/loading/scene_settings.h"
+#include "sim/math/rotation.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"
 
@@ -80,7 +81,7 @@ void add_chain(Scene& scene, const Vector3& from, const Vector3& to, int body, c
   constexpr int links = 8;
   const Vector3 link = (to - from) / links;
   const double length = link.norm();
-  const Quaternion along = Quaternion::FromTwoVectors(Vector3::UnitX(), link);
+  const Quaternion along = shortest_rotation(Vector3::UnitX(), link);
   int last = 0;
   for (int i = 0; i < links; ++i) {
     Body rod = test::rod(length, 1);
