@@ -1,7 +1,6 @@
 // Solves frozen problems by A1's method on the matrix alone, or by sweeps, and measures the error of a
 // solution.
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
@@ -51,9 +50,9 @@ void MatrixSolver::prepare() {
     gamma_[i] = matrix_.coeff(row, row);
     if (pair_[i] != Pair::second) continue;
     const double between = (matrix_.coeff(row - 1, row) + matrix_.coeff(row, row - 1)) / 2;
-    const Eigen::Matrix2d block{{gamma_[i - 1], between}, {between, gamma_[i]}};
+    // The larger eigenvalue of the pair's block.
     gamma_[i - 1] = gamma_[i] =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(block, Eigen::EigenvaluesOnly).eigenvalues()[1];
+        (gamma_[i - 1] + gamma_[i]) / 2 + std::hypot((gamma_[i - 1] - gamma_[i]) / 2, between);
   }
 }
 
