@@ -13,24 +13,24 @@
 namespace substep {
 namespace {
 
-constexpr double radius = 0.2;
-constexpr double gravity = 9.81;
-constexpr double step = 1.0 / 60;
+constexpr double ball_radius = 0.2;
+using test::gravity;
+constexpr double time_step = 1.0 / 60;
 
 /// Returns a ball of 1 kg that touches the floor.
 Scene ball_on_floor() {
   Scene scene = test::floor_scene(0);
   scene.gravity = {0, -gravity, 0};
-  test::add_ball(scene, radius, 1, {0, radius, 0}, 0);
+  test::add_ball(scene, ball_radius, 1, {0, ball_radius, 0}, 0);
   return scene;
 }
 
 double speed_after_a_step(const Scene& scene, const Settings& settings) {
-  return test::run(scene, settings, step).v[1].linear.y();
+  return test::run(scene, settings, time_step).v[1].linear.y();
 }
 
 /// Speed gained in a step without a floor, m/s.
-constexpr double fall = gravity * step;
+constexpr double fall = gravity * time_step;
 
 class Filter : public testing::TestWithParam<Algorithm> {};
 
@@ -102,10 +102,10 @@ TEST(FrictionOfAnImpact, IsStaticWhereNothingSlips) {
       scene.bodies[1].linear_velocity = {slip, -1, 0};
       for (Collider& collider : scene.colliders) collider.material.static_friction = 1;
       for (Collider& collider : scene.colliders) collider.material.dynamic_friction = 0;
-      return test::run(scene, default_settings(algorithm), step).v[1].linear.x();
+      return test::run(scene, default_settings(algorithm), time_step).v[1].linear.x();
     };
-    EXPECT_NEAR(speed_aside(0), 0, 0.05 * 2 * step) << name(algorithm);
-    EXPECT_NEAR(speed_aside(1), 1 + 2 * step, 1e-9) << name(algorithm);
+    EXPECT_NEAR(speed_aside(0), 0, 0.05 * 2 * time_step) << name(algorithm);
+    EXPECT_NEAR(speed_aside(1), 1 + 2 * time_step, 1e-9) << name(algorithm);
   }
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using test::largest_displacement;
 
-constexpr double pi = std::numbers::pi;
+using test::pi;
 
 Settings with(Algorithm algorithm, int substeps) {
   Settings settings = default_settings(algorithm);

@@ -19,8 +19,8 @@
 namespace substep {
 namespace {
 
-constexpr double gravity = 9.81;
-constexpr double pi = std::numbers::pi;
+using test::gravity;
+using test::pi;
 constexpr double slope_angle = pi / 9;
 
 /// Returns the friction coefficient of a box on a fixed plank, both moving at the scene's start.

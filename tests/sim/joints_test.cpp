@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-constexpr double gravity = 9.81;
+using test::gravity;
 constexpr Joints flavours[] = {Joints::rows, Joints::plain, Joints::stable};
 
 Settings settings_of(Algorithm algorithm, double step, Joints joints = Joints::plain) {

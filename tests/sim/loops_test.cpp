@@ -21,9 +21,9 @@ namespace {
 using test::Random;
 using test::Trial;
 
-constexpr double gravity = 9.81;
-constexpr double duration = 5;
-constexpr int steps = 300;
+using test::gravity;
+constexpr double run_duration = 5;
+constexpr int run_steps = 300;
 
 /// A loop with the exact motion of its bodies at multiples of 1/60 s.
 struct Loop {
@@ -96,7 +96,7 @@ Loop four_bar(Random& random) {
     weight += mass * length;
   }
   std::vector<double> y{angle, 0};
-  for (int k = 0; k <= steps; ++k) {
+  for (int k = 0; k <= run_steps; ++k) {
     std::vector<Vector3> centres;
     const Vector3 now = tip_at(y[0]);
     for (int i = 0; i <= cells; ++i) centres.emplace_back(i * length * along + now / 2);
@@ -109,7 +109,7 @@ Loop four_bar(Random& random) {
           },
           1.0 / 60 / 64, y);
   }
-  loop.energies.assign(steps + 1, 0);
+  loop.energies.assign(run_steps + 1, 0);
   loop.parameters = fmt::format("cells={} length={:.3g} angle={:.3g}", cells, length, angle);
   return loop;
 }
@@ -159,7 +159,7 @@ Loop spatial_four_bar(Random& random) {
     };
     const auto exact = reference_stepper(scene, 1.0 / 120, 12);
     bool is_smooth = true;
-    for (int k = 0; k <= steps && is_smooth; ++k) {
+    for (int k = 0; k <= run_steps && is_smooth; ++k) {
       std::vector<Vector3> centres;
       for (int i = 1; i <= 3; ++i) centres.push_back(exact->state().q[static_cast<std::size_t>(i)].linear);
       loop.centres.push_back(centres);
@@ -168,7 +168,7 @@ Loop spatial_four_bar(Random& random) {
       for (int i = 0; i < 2; ++i) is_smooth = is_smooth && exact->step();
     }
     if (!is_smooth) continue;
-    loop.energies.assign(steps + 1, 0);
+    loop.energies.assign(run_steps + 1, 0);
     loop.parameters = fmt::format("scale={:.3g} crank={:.3g} rocker={:.3g}", scale, crank_angle, low);
     return loop;
   }
@@ -200,7 +200,7 @@ Loop governor(Random& random) {
   }
   std::vector<double> y = exact.start();
   const double start = exact.energy(y);
-  for (int k = 0; k <= steps; ++k) {
+  for (int k = 0; k <= run_steps; ++k) {
     loop.centres.push_back(exact.centres(y));
     loop.energies.push_back(exact.energy(y) - start);
     for (int i = 0; i < 1500; ++i)
@@ -224,7 +224,7 @@ Deviation deviation_of(const Loop& loop, Algorithm algorithm) {
   Simulation simulation(loop.scene, test::default_settings_of(loop.scene, algorithm));
   const double start = energy(loop.scene, simulation.state());
   Deviation largest;
-  for (int k = 1; k <= steps; ++k) {
+  for (int k = 1; k <= run_steps; ++k) {
     if (simulation.step().status == StepReport::Status::diverged) {
       return {test::infinite_error, test::infinite_error, test::infinite_error};
     }

@@ -16,7 +16,7 @@
 namespace substep {
 namespace {
 
-constexpr double gravity = 9.81;
+using test::gravity;
 
 /// Centres of the moving bodies, in the order of the scene's file.
 using Centres = std::vector<Vector3>;

@@ -19,9 +19,6 @@
 
 namespace substep::test {
 
-inline constexpr double gravity = 9.81;
-inline constexpr double pi = std::numbers::pi;
-
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -16,8 +16,8 @@
 namespace substep {
 namespace {
 
-constexpr double friction = 0.5;
-constexpr double gravity = 9.81;
+constexpr double rolling_friction = 0.5;
+using test::gravity;
 
 /// A body of moment `share` · m r² that rolls on the floor: a ball, or a solid about Y whose axis is across
 /// the slope. Gravity is turned by `slope` about an axis other than x and z.
@@ -42,10 +42,10 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
                            Rolling{Sphere{0.07}, 0.07, 0.5, 2.0 / 3, 0.3, 2.5, of_balls},
                            Rolling{make_cylinder(0.3, 0.11, 0.11), 0.11, 3, 0.5, 0.25, 0.7, 6e-4},
                            Rolling{Capsule{0.2, 0.17}, 0.17, 3, 0.45, 0.25, -1.9, 6e-4}}) {
-    Scene scene = test::floor_scene(friction);
+    Scene scene = test::floor_scene(rolling_friction);
     const Vector3 down(std::cos(x.direction), 0, std::sin(x.direction));
     scene.gravity = gravity * (std::sin(x.slope) * down - std::cos(x.slope) * Vector3::UnitY());
-    Body& body = scene.bodies[test::add_ball(scene, x.radius, x.mass, Vector3::Zero(), friction)];
+    Body& body = scene.bodies[test::add_ball(scene, x.radius, x.mass, Vector3::Zero(), rolling_friction)];
     body.inverse_inertia *= 0.4 / x.share;
     body.pose = {{3, x.radius, -2}, Quaternion(0.5, 0.5, -0.5, 0.5)};
     // Y of a solid across the way down, in the floor.
@@ -84,7 +84,7 @@ Vector3 place_on_tilting_slab(Algorithm algorithm, bool slab_first) {
   for (const bool is_slab : {slab_first, !slab_first}) {
     Collider collider;
     collider.body = static_cast<int>(scene.bodies.size());
-    collider.material.static_friction = collider.material.dynamic_friction = friction;
+    collider.material.static_friction = collider.material.dynamic_friction = rolling_friction;
     collider.shape = is_slab ? Shape(box({4, 0.4, 4})) : Shape(Sphere{0.2});
     scene.bodies.push_back(is_slab ? slab : ball);
     scene.colliders.push_back(collider);

@@ -15,8 +15,8 @@
 namespace substep {
 namespace {
 
-constexpr double gravity = 9.81;
-constexpr double pi = std::numbers::pi;
+using test::gravity;
+using test::pi;
 
 Settings settings_of(Algorithm algorithm, double step) {
   Settings settings{

@@ -74,7 +74,7 @@ TEST(Pendulum, AllFiveSwingWithItsPeriod) {
   }
 }
 
-constexpr double pi = 3.14159265358979323846;
+using test::pi;
 
 /// Adds eight rods of 1 kg that hang a body's `anchor`, which is at `to`, on the world's point `from`.
 void add_chain(Scene& scene, const Vector3& from, const Vector3& to, int body, const Vector3& anchor) {

@@ -13,6 +13,11 @@
 
 namespace substep::test {
 
+using std::numbers::pi;
+
+/// Gravity of a new scene, m/s².
+inline constexpr double gravity = 9.81;
+
 inline constexpr std::array all_algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                            Algorithm::a5};
 

@@ -80,11 +80,11 @@ TEST(Motor, WithoutLoadHoldsItsSpeed) {
 TEST(Spring, HangsAtItsStaticDeflection) {
   constexpr double mass = 2.3;
   constexpr double stiffness = 700;
-  constexpr double gravity = 3.7;
-  constexpr double expected = mass * gravity / stiffness;
   const Vector3 along = tilt * Vector3(1, 0, 0);
+  constexpr double pull = 3.7;  // m/s²
+  constexpr double expected = mass * pull / stiffness;
   Scene hung = jointed_body(mass);
-  hung.gravity = gravity * along;
+  hung.gravity = pull * along;
   free_axis(hung, false);
 
   Scene driven = hung;
