@@ -12,6 +12,7 @@
 #include "sim/simulation.h"
 #include "tests/scene_files.h"
 #include "tests/sim/minimal_coordinates.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
