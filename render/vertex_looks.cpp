@@ -57,7 +57,7 @@ struct Sums {
 std::vector<Sums> sums_of(const Mesh& mesh, const std::vector<Vector3>& positions, int set_of_normals) {
   std::vector<Sums> sums(positions.size());
   for (std::size_t set = 0; set < 2; ++set) {
-    const std::vector<Pair>& places = mesh.looks.texture_coordinates[set];
+    const std::vector<Pair>& places = mesh.attributes.texture_coordinates[set];
     if (places.empty()) continue;
     for (const Triangle& t : mesh.triangles) {
       const Slopes slopes = slopes_of(positions[t[0]], positions[t[1]], positions[t[2]], places[t[0]],
@@ -81,20 +81,20 @@ std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
                                       const std::vector<Vector3>& normals, int set_of_normals) {
   std::vector<LookVertex> result(positions.size());
   const std::vector<Sums> sums = sums_of(mesh, positions, set_of_normals);
-  const VertexLooks& looks = mesh.looks;
+  const VertexAttributes& attributes = mesh.attributes;
   const double mirror = linear.determinant() < 0 ? -1 : 1;
   for (std::size_t i = 0; i < result.size(); ++i) {
     LookVertex& vertex = result[i];
     for (std::size_t set = 0; set < 2; ++set) {
-      if (looks.texture_coordinates[set].empty()) continue;
-      std::copy_n(looks.texture_coordinates[set][i].begin(), 2, vertex.coordinates.begin() + 2 * set);
+      if (attributes.texture_coordinates[set].empty()) continue;
+      std::copy_n(attributes.texture_coordinates[set][i].begin(), 2, vertex.coordinates.begin() + 2 * set);
       const double area = sums[i].area[set];
       vertex.density[set] = static_cast<float>(area > 0 ? std::sqrt(sums[i].in_units[set] / area) : 0);
     }
-    if (!looks.colors.empty()) vertex.color = looks.colors[i];
+    if (!attributes.colors.empty()) vertex.color = attributes.colors[i];
     const Vector3& normal = normals[i];
-    if (!looks.tangents.empty()) {
-      const auto& given = looks.tangents[i];
+    if (!attributes.tangents.empty()) {
+      const auto& given = attributes.tangents[i];
       const Vector3 turned = (linear * Vector3(given[0], given[1], given[2])).stableNormalized();
       vertex.tangent = tangent_of(turned, given[3] * mirror);
     } else {
@@ -118,7 +118,7 @@ bool needs_looks(const Scene& scene) {
            std::ranges::any_of(surface.textures, [](const Texture& texture) { return texture.image >= 0; });
   };
   return !scene.lights.empty() || std::ranges::any_of(scene.surfaces, is_more) ||
-         std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.looks.colors.empty(); });
+         std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.attributes.colors.empty(); });
 }
 
 }  // namespace substep::render

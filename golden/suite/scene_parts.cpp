@@ -72,7 +72,8 @@ std::string joint_digest(const Joint& joint) {
 }
 
 /// Adds the appearance to the digest; nothing for a surface with a colour and finish alone.
-void add_appearance(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
+void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
+                    const VertexAttributes& attributes) {
   const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
   if (shines) digest.add(surface.emission);
   if (surface.is_unlit) digest.add(true);
@@ -83,9 +84,9 @@ void add_appearance(Digest& digest, const Scene& scene, const Surface& surface, 
     if (texture.image < 0) continue;
     digest.add(fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes));
     digest.add(texture.turn, texture.offset);
-    digest.add(looks.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]);
+    digest.add(attributes.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]);
   }
-  digest.add(looks.colors);
+  digest.add(attributes.colors);
 }
 
 void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
@@ -94,7 +95,7 @@ void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
   if (mesh.surface < 0) return;
   const Surface& surface = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
   digest.add(surface.base_color, surface.metallic, surface.roughness);
-  add_appearance(digest, scene, surface, mesh.looks);
+  add_appearance(digest, scene, surface, mesh.attributes);
 }
 
 /// Returns the digests of all bodies, made by `add(digest, index)`.

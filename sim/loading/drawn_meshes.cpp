@@ -19,15 +19,16 @@ namespace substep {
 namespace {
 
 /// Returns the attributes of some vertices, in this order, without tangents, which fit other normals.
-VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices) {
+VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<const std::uint32_t> vertices) {
   const auto chosen = [&](const auto& all) {
     std::remove_cvref_t<decltype(all)> some;
     some.reserve(all.empty() ? 0 : vertices.size());
     for (std::size_t i = 0; !all.empty() && i < vertices.size(); ++i) some.push_back(all[vertices[i]]);
     return some;
   };
-  return {
-      {chosen(looks.texture_coordinates[0]), chosen(looks.texture_coordinates[1])}, chosen(looks.colors), {}};
+  return {{chosen(attributes.texture_coordinates[0]), chosen(attributes.texture_coordinates[1])},
+          chosen(attributes.colors),
+          {}};
 }
 
 /// Returns the normals of each triangle's corners that are smooth but at creases. `areas` are twice the area
@@ -139,7 +140,7 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
       piece.triangles.push_back(triangle);
     }
     for (const std::uint32_t vertex : used) in_piece[vertex] = none;
-    piece.looks = looks_of(whole.looks, used);
+    piece.attributes = attributes_of(whole.attributes, used);
     Visual& visual = draft.scene.visuals.emplace_back();
     visual.body = body;
     visual.mesh = add_mesh(draft.scene, std::move(piece), name);
@@ -186,7 +187,7 @@ Mesh with_normals(Mesh mesh, Shading shading) {
     }
     drawn.triangles.push_back({first, first + 1, first + 2});
   }
-  drawn.looks = looks_of(mesh.looks, corners);
+  drawn.attributes = attributes_of(mesh.attributes, corners);
   return drawn;
 }
 

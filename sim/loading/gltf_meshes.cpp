@@ -204,25 +204,25 @@ std::vector<SkinInfluence> influences(const JsonValue& attributes, std::size_t v
   return result;
 }
 
-VertexLooks looks_in(const GltfDocument& document, const JsonValue& attributes, std::size_t vertices,
-                     AccessorReader& accessors) {
+VertexAttributes attributes_in(const GltfDocument& document, const JsonValue& attributes,
+                               std::size_t vertices, AccessorReader& accessors) {
   const std::vector<std::uint64_t> fractions{5126, 5121, 5123};
-  VertexLooks looks;
-  for (std::size_t set = 0; set < looks.texture_coordinates.size(); ++set) {
+  VertexAttributes read;
+  for (std::size_t set = 0; set < read.texture_coordinates.size(); ++set) {
     if (const auto given = attributes.find(set == 0 ? "TEXCOORD_0" : "TEXCOORD_1")) {
-      looks.texture_coordinates[set] = accessors.rows<2>(*given, {"VEC2", 2, fractions, true}, vertices);
+      read.texture_coordinates[set] = accessors.rows<2>(*given, {"VEC2", 2, fractions, true}, vertices);
     }
   }
   if (const auto given = attributes.find("COLOR_0")) {
     const JsonValue accessor = document.target_of(*given, "accessors", "accessor");
     const bool has_alpha = accessor.require("type").text() == "VEC4";
     const Layout layout{has_alpha ? "VEC4" : "VEC3", has_alpha ? 4U : 3U, fractions, true};
-    looks.colors = accessors.rows<4>(*given, layout, vertices);
+    read.colors = accessors.rows<4>(*given, layout, vertices);
   }
   if (const auto given = attributes.find("TANGENT")) {
-    looks.tangents = accessors.rows<4>(*given, {"VEC4", 4, {5126}}, vertices);
+    read.tangents = accessors.rows<4>(*given, {"VEC4", 4, {5126}}, vertices);
   }
-  return looks;
+  return read;
 }
 
 // The corners of triangles, strips or fans as triangles.
@@ -283,7 +283,7 @@ std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const 
   }
   if (const auto normal = attributes.find("NORMAL")) read_normals(primitive, *normal, accessors, read);
   read.influences = influences(attributes, read.positions.size(), accessors);
-  read.looks = looks_in(document, attributes, read.positions.size(), accessors);
+  read.attributes = attributes_in(document, attributes, read.positions.size(), accessors);
   std::vector<std::uint32_t> corners(read.positions.size());
   if (const auto indices = primitive.find("indices")) {
     corners = accessors.indices(*indices, read.positions.size());
@@ -353,7 +353,7 @@ Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimiti
     world_from_mesh.push_back(compose(document.nodes[skin.joints[joint]].world, skin.joint_from_mesh[joint]));
   }
   Mesh mesh = primitive;
-  mesh.looks.tangents.clear();  // the skeleton turns them
+  mesh.attributes.tangents.clear();  // the skeleton turns them
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const SkinInfluence& influence = primitive.influences[i];
     Matrix3 linear = Matrix3::Zero();

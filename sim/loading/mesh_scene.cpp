@@ -236,7 +236,7 @@ Mesh placed(Mesh mesh, const NodeTransform& world) {
   if (is_mirrored) {
     for (Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
-  for (std::array<float, 4>& tangent : mesh.looks.tangents) {
+  for (std::array<float, 4>& tangent : mesh.attributes.tangents) {
     const Vector3 turned = (world.linear * Vector3(tangent[0], tangent[1], tangent[2])).stableNormalized();
     for (int i = 0; i < 3; ++i) tangent[i] = static_cast<float>(turned[i]);
     if (is_mirrored) tangent[3] = -tangent[3];

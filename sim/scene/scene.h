@@ -141,7 +141,7 @@ struct Surface {
 };
 
 /// Vertex attributes for drawing; each list has one per position, or is empty.
-struct VertexLooks {
+struct VertexAttributes {
   std::array<std::vector<std::array<float, 2>>, 2> texture_coordinates;
   std::vector<std::array<float, 4>> colors;    ///< linear RGBA, which multiply the surface's
   std::vector<std::array<float, 4>> tangents;  ///< unit, of the first coordinate; w: ±1, the handedness
@@ -154,7 +154,7 @@ struct Mesh {
   std::vector<Vector3> normals;  ///< one per position, unit
   std::vector<Triangle> triangles;
   int surface = 0;  ///< index into Scene::surfaces; −1: none given, so each body has a colour of its own
-  VertexLooks looks;
+  VertexAttributes attributes;
 };
 
 /// A mesh attached to a body. x_body = linear * x_mesh + translation (linear holds the node's scale).

@@ -46,7 +46,7 @@ Mesh& add_square(Scene& scene, const Surface& surface, double z = 0, double half
   mesh.positions = {{-half, half, z}, {-half, -half, z}, {half, -half, z}, {half, half, z}};
   mesh.normals.assign(4, Vector3::UnitZ());
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  mesh.looks.texture_coordinates[0] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}};
+  mesh.attributes.texture_coordinates[0] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}};
   mesh.surface = static_cast<int>(scene.surfaces.size());
   scene.surfaces.push_back(surface);
   Visual& visual = scene.visuals.emplace_back();
@@ -105,7 +105,7 @@ void expect_quarters(const Scene& scene, const std::array<std::size_t, 4>& expec
   }
 }
 
-TEST(Surfaces, TextureIsTurnedAndMoved) {
+TEST(Surfaces, TextureTurnsAndMoves) {
   Scene scene = scene_of_quarters();
   expect_quarters(scene, {0, 1, 2, 3});
   Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
@@ -115,7 +115,7 @@ TEST(Surfaces, TextureIsTurnedAndMoved) {
   expect_quarters(scene, {2, 0, 3, 1});
 }
 
-TEST(Surfaces, TextureRepeatsIsMirroredOrEnds) {
+TEST(Surfaces, TextureRepeatsMirrorsOrEnds) {
   for (const Texture::Wrap wrap : {Texture::Wrap::repeat, Texture::Wrap::mirrored, Texture::Wrap::clamped}) {
     Scene scene = scene_of_quarters();
     Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
@@ -129,7 +129,7 @@ TEST(Surfaces, TextureRepeatsIsMirroredOrEnds) {
   }
 }
 
-TEST(Surfaces, FarTextureIsTheMeanOfItsLight) {
+TEST(Surfaces, FarTextureAveragesLight) {
   Scene scene = facing_scene();
   Image checker(64, 64);
   for (int y = 0; y < 64; ++y) {
@@ -145,7 +145,7 @@ TEST(Surfaces, FarTextureIsTheMeanOfItsLight) {
 
 TEST(Surfaces, VertexColorsMultiply) {
   Scene scene = facing_scene();
-  add_square(scene, unlit(1, 0.5, 0.25)).looks.colors.assign(4, {0.5F, 0.5F, 1, 1});
+  add_square(scene, unlit(1, 0.5, 0.25)).attributes.colors.assign(4, {0.5F, 0.5F, 1, 1});
   expect_near(at(drawn(scene)), {code_of(0.5), code_of(0.25), code_of(0.25)});
 }
 
@@ -153,18 +153,18 @@ TEST(Surfaces, VertexColorsMultiply) {
 const std::vector<std::array<float, 4>> from_left_to_right{
     {1, 1, 1, 0}, {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
 
-TEST(Surfaces, MaskCutsBelowTheCutOff) {
+TEST(Surfaces, MaskCutsBelowCutOff) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0, 0, 1), -0.5, 2);
   Surface surface = with_opacity(unlit(1, 0, 0), Surface::Opacity::cut);
   surface.cut_off = 0.25;
-  add_square(scene, surface).looks.colors = from_left_to_right;
+  add_square(scene, surface).attributes.colors = from_left_to_right;
   const Image image = drawn(scene, 128);
   expect_near(at(image, 0.23, 0.5), {0, 0, 255});
   expect_near(at(image, 0.27, 0.5), {255, 0, 0});
 }
 
-TEST(Surfaces, BlendedSurfacesLieOverThoseBehind) {
+TEST(Surfaces, BlendedSurfacesCoverThoseBehind) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0.1, 0.2, 0.8), -0.5, 2);
   add_square(scene, with_opacity(unlit(0.9, 0.5, 0), Surface::Opacity::blended, 0.25), 0, 2);
@@ -185,7 +185,7 @@ TEST(Surfaces, BlendedSurfacesLieOverThoseBehind) {
   expect_near(at(drawn(scene)), {code_of(0.3), code_of(0.2), code_of(0.1)});
 }
 
-TEST(Surfaces, EmissionShowsInTheDark) {
+TEST(Surfaces, EmissionShowsInDark) {
   Scene scene = facing_scene();
   scene.lights.emplace_back().intensity = 0;  // in place of the sun that shines where a file has no light
   Surface surface;
@@ -260,7 +260,7 @@ TEST(Surfaces, PointLightFallsOffWithSquaredDistance) {
   expect_near(at(drawn(near)), at(drawn(beside)));
 }
 
-TEST(Surfaces, SpotEndsAtItsConeAndLightAtItsRange) {
+TEST(Surfaces, SpotEndsAtConeAndLightAtRange) {
   Scene scene = scene_in_light();
   Light& light = scene.lights[0];
   light.kind = Light::Kind::spot;
@@ -297,7 +297,7 @@ TEST(Surfaces, SurfaceWithoutBackIsInvisibleFromBehind) {
 TEST(Surfaces, CutSurfacesHaveNoBodyColor) {
   Scene scene = facing_scene();
   scene.bodies.emplace_back().inverse_mass = 1;
-  add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5).looks.colors =
+  add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5).attributes.colors =
       from_left_to_right;
   scene.visuals.back().body = 1;
   const Image codes = Renderer(scene, {.width = 64, .height = 64}).draw_bodies(start_of(scene));

@@ -248,8 +248,8 @@ TEST(MeshScene, TangentsTurnWithTheirMesh) {
   for (std::size_t i = 0; i < 2; ++i) {
     const Visual& visual = scene.visuals[i];
     const Mesh& mesh = scene.meshes[visual.mesh];
-    ASSERT_FALSE(mesh.looks.tangents.empty());
-    for (const std::array<float, 4>& tangent : mesh.looks.tangents) {
+    ASSERT_FALSE(mesh.attributes.tangents.empty());
+    for (const std::array<float, 4>& tangent : mesh.attributes.tangents) {
       const Vector3 drawn = scene.bodies[visual.body].pose.orientation *
                             (visual.linear * Vector3(tangent[0], tangent[1], tangent[2]));
       for (int k = 0; k < 3; ++k) EXPECT_NEAR(drawn[k], expected[i][k], 2e-7);  // measured 6e-8
