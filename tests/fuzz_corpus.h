@@ -1,5 +1,5 @@
 #pragma once
-/// The files that fuzzing keeps, and what a few changes make of them.
+/// Reads the corpus of a fuzzer, and changes its files at random.
 
 #include <algorithm>
 #include <filesystem>

@@ -55,8 +55,8 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   }
 }
 
-/// Adds when and why the case was approved; the repository has the approvals before. A case that passes has
-/// the same states and pictures: its approval stays, also where files are rewritten.
+/// Adds when and why the case was approved; earlier approvals are in the repository's history. A case that
+/// passes has the same states and pictures, so its approval stays, also where files are rewritten.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   if (old.is_object() && old.contains("approved") && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");
@@ -100,8 +100,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   return files;
 }
 
-/// Returns the files to write for all chosen cases. Throws Error before anything is
-/// written.
+/// Returns the files to write for all chosen cases. Throws Error before anything is written.
 std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
                                        const fs::path& suite, Approval& approval) {
   if (results.at("suite_hash") != content_hash(read_bytes(suite))) {

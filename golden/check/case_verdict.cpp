@@ -11,7 +11,7 @@
 namespace substep::golden {
 namespace {
 
-/// The halves of a case that fail for no reason found so far.
+/// The halves of a case, poses and pictures, whose failures are not explained yet.
 struct Failing {
   bool poses = false;
   bool images = false;

@@ -17,7 +17,7 @@ using Kernel = Eigen::ArrayXf;
 
 /// The pixels of a row that are filtered together: as many sums as the processor's registers hold. Planes
 /// have a multiple of them in a row, padding included: Eigen computes four floats at once and single ones by
-/// functions that round otherwise, and a value must not depend on where its pixel lies.
+/// functions that round differently, and a value must not depend on where its pixel lies.
 constexpr int lanes = 32;
 using Lanes = Eigen::Array<float, lanes, 1>;
 

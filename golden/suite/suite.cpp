@@ -156,7 +156,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// Reads what makes the poses: one of `algorithms`, `command` and `poses`, which replaces that of
+  /// Reads where the poses come from: one of `algorithms`, `command` and `poses`, which replaces that of
   /// [defaults].
   void read_origin(const toml::table& table, Plan& plan) const {
     const toml::node* const algorithms = table.get("algorithms");

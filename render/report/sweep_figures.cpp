@@ -154,7 +154,7 @@ using Work = std::function<double(const SweepRecord&)>;
 
 /// Returns why a run is not drawn; null where it is drawn.
 const char* reason_to_leave_out(const SweepRecord& record, double work) {
-  // An error above three times the scene's size says only that the run is lost.
+  // An error above three times the scene's size says only that the run diverged.
   if (!(miss_of(record) < 3)) return "lost (error above three times the scene's size)";
   if (!is_sure(record)) return "below a hundred times the reference's uncertainty";
   return work > 0 ? nullptr : "without a value on the x axis";

@@ -27,7 +27,7 @@ struct SiteSettings {
 };
 
 /// Writes a folder for each scene with its page, player and poster, and an index of those that could be
-/// shown; returns how many. A scene's folder is there whole or not at all. Throws Error where two scenes have
+/// shown; returns how many. A scene's folder is complete or absent. Throws Error where two scenes have
 /// one name, or `folder` holds anything but an earlier site.
 int make_site(const SiteSettings& settings);
 

@@ -77,8 +77,8 @@ class RunSummary {
     }
   }
 
-  /// Prints the violations that are no errors, but `doubt`, which was printed before. Returns the errors and
-  /// the run's end as text; empty if the run is good.
+  /// Prints warnings, except `doubt`, which was printed before. Returns the errors and the run's end as text;
+  /// empty if the run is good.
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);

@@ -76,7 +76,7 @@ namespace {
 
 /// Returns the speed after an impact that has e² of the energy before it, in the discrete motion: with x the
 /// gap, u the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v'
-/// keep ½u² + ½ g hs u + g x in flight. With e = 1 the ball so comes back to the height it fell from.
+/// keep ½u² + ½ g hs u + g x in flight. With e = 1 the ball returns to the height from which it fell.
 [[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap,
                                             const Lanes& approach, double hs) {
   const Lanes squared = row.coefficient * row.coefficient;

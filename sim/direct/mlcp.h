@@ -70,7 +70,7 @@ struct MlcpReport {
   enum class Status {
     solved,
     /// No solution, as redundant rows contradict one another; all others are solved. The rest of the right
-    /// sides lies in directions in which Γ has next to nothing: see `rank_tolerance`.
+    /// sides lies in directions in which Γ is nearly zero: see `rank_tolerance`.
     least_squares,
     unsolved,  ///< no solution to `tolerance` found; perhaps friction has none
   };
@@ -95,7 +95,7 @@ struct MlcpReport {
 /// λ_n): this is Newton's method on the disc's law. The direction follows λ − w/Γ_xx from set to set, like
 /// the signs.
 ///
-/// The residual that moves of the centre leave lies in directions in which Γ has next to nothing. The moves
+/// The residual that moves of the centre leave lies in directions in which Γ is nearly zero. The moves
 /// end where these are below `rank_tolerance` and of rows without limits. Further moves would drive impulses
 /// apart, and in the end velocities: they would stop a closed loop for 1e-6 of a right side.
 ///
@@ -218,7 +218,7 @@ class MlcpSolver {
     Matrix3 damping = Matrix3::Identity();
     Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
     Matrix2 inverse = Matrix2::Zero();
-    Vector3 change = Vector3::Zero();  ///< of λ in the step, and of the others:
+    Vector3 change = Vector3::Zero();  ///< of λ in the step; then of the others
     double lower_change = 0;
     double upper_change = 0;
     double speed_change = 0;
@@ -237,8 +237,8 @@ class MlcpSolver {
   double mean_product(double length) const;
   void factor_units();
   void take_step();
-  /// Leaves the best λ of an interior point method. Returns false where the problem has rows that it does not
-  /// know: friction in single rows, or limits that are equal.
+  /// Leaves the best λ of an interior point method. Returns false where the problem has rows that the method
+  /// lacks: friction in single rows, or limits that are equal.
   virtual bool solve_interior();
 
   const Mlcp* problem_ = nullptr;

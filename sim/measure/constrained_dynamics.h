@@ -75,8 +75,8 @@ class ConstrainedDynamics {
     return {all.begin() + static_cast<std::ptrdiff_t>(two_sided_), all.end()};
   }
 
-  /// Return by drive the limit of its force (1, −1; 0: within the limits): that with which it is stepped, and
-  /// that which it has reached.
+  /// Return for each drive which limit its force is at (1: the greatest force, −1: the opposite one, 0:
+  /// none): as the integrator assumes it, and as q and v give it.
   const std::vector<int>& drive_sides() const { return drive_sides_; }
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
   std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v) {
@@ -271,7 +271,7 @@ class ConstrainedDynamics {
   std::vector<Contact> no_contacts_;
   Model rigid_model_;
   Model force_model_;
-  std::size_t two_sided_;  // of rigid_model_.limits, the first
+  std::size_t two_sided_;  // number of two-sided limits, which come first in rigid_model_.limits
   std::vector<int> drive_sides_;
   Problem rigid_;
   Problem force_;

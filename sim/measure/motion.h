@@ -10,8 +10,6 @@
 
 namespace substep {
 
-/// The error of a motion that ended early or is missing.
-
 struct Motion {
   double interval = 0;         ///< s
   std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged

@@ -25,9 +25,9 @@ namespace fs = std::filesystem;
 /// Returns everything that a job's result depends on beside its key.
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
-  const std::string text =
-      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash().value_or(0), scene.hash,
-                  sweep.horizon_of(job.scene), scene.duration, sweep.repetitions, sweep.most, sweep.parts);
+  const std::string text = fmt::format("{:x} {:x} {} {} {} {} {}", program_hash().value_or(0), scene.hash,
+                                       sweep.horizon_of(job.scene), scene.duration, sweep.repetitions,
+                                       sweep.most, sweep.splits_errors);
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -111,10 +111,11 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   if (job.is_limit) {
     record.limit = stability_limit(scene, job.settings, reference, sweep.most);
   } else {
-    record.metrics = measure(scene, job.settings, reference, sweep.parts);
+    record.metrics = measure(scene, job.settings, reference, sweep.splits_errors);
     if (sweep.repetitions > 0) {
-      record.times = sweep.parts ? time_run(scene, job.settings, sweep.repetitions)
-                                 : time_run(scene, job.settings, algorithm_stepper, sweep.repetitions);
+      record.times = sweep.splits_errors
+                         ? time_run(scene, job.settings, sweep.repetitions)
+                         : time_run(scene, job.settings, algorithm_stepper, sweep.repetitions);
     }
   }
   return record;

@@ -35,9 +35,9 @@ struct Sweep {
   std::filesystem::path file;
   double horizon = 2;
   int repetitions = 0;
-  int most = 64;
+  int most = 64;  ///< sub-steps, iterations or parts of a step up to which limits are searched
   bool properties = false;
-  bool parts = true;  ///< whether errors are taken apart and steps' stages are timed
+  bool splits_errors = true;  ///< whether errors are split, and the stages of steps timed
   std::map<std::string, double> horizons;
   std::map<std::string, Scene> scenes;  ///< by name
   std::vector<SweepJob> jobs;           ///< in the file's order, each once
@@ -71,7 +71,7 @@ struct SweepRecord : SweepJob {
   double uncertainty = 0;        ///< of it, m
   double turn_uncertainty = 0;   ///< rad
   double horizon = 0;            ///< s
-  std::string divergence_point;  ///< where the reference's refinements part at the horizon; empty: nowhere
+  std::string divergence_point;  ///< where the reference's refinements diverge at the horizon; empty: nowhere
   std::string omitted;           ///< why this was not run; empty: it was
   /// Spectral radius of the map of a sub-step with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;

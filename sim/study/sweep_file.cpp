@@ -96,7 +96,7 @@ class Reader : private TomlValues {
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
     if (const auto* node = root.get("most")) sweep_.most = integer(*node, "most", 1, 4096);
     for (const auto& [key, value] :
-         {std::pair("properties", &sweep_.properties), std::pair("parts", &sweep_.parts)}) {
+         {std::pair("properties", &sweep_.properties), std::pair("parts", &sweep_.splits_errors)}) {
       if (const auto* const node = root.get(key)) *value = flag(*node, key);
     }
     for (const char* const kind : {"grid", "limit"}) {
@@ -115,7 +115,7 @@ class Reader : private TomlValues {
   /// Returns the sweep of these scenes without reading the file.
   Sweep sweep_of(const std::vector<fs::path>& files, bool maps) {
     sweep_.repetitions = 3;
-    sweep_.parts = false;
+    sweep_.splits_errors = false;
     for (const fs::path& file : files) {
       Scene loaded = load_scene(file);
       const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));

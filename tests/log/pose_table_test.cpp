@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 constexpr double step = 0.1;
 
-/// "crate", turned in its node, and "a, b" are dynamic, "lift" rises by itself.
+/// Returns a scene of two dynamic bodies, "crate", turned in its node, and "a, b", and a kinematic "lift".
 Scene example_scene() {
   Scene scene = test::empty_scene();
   scene.bodies.resize(4);

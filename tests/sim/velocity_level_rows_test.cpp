@@ -57,7 +57,7 @@ void with_all_settings(Use use) {
   }
 }
 
-TEST(Motor, WithoutLoadHoldsItsSpeed) {
+TEST(Motor, HoldsSpeedWithoutLoad) {
   Scene turning = jointed_body(0.7);
   drive_free_axis(turning, {.angular = true, .axis = 2, .velocity_target = 2.3, .damping = 40});
   Scene sliding = jointed_body(3);
@@ -110,7 +110,7 @@ TEST(Spring, HangsAtItsStaticDeflection) {
   });
 }
 
-TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
+TEST(Motor, AcceleratesByForceOverMassAtLimit) {
   constexpr double mass = 3.3;
   constexpr double force = 5.1;
   constexpr double acceleration = force / mass;
@@ -140,7 +140,7 @@ TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
   }
 }
 
-TEST(Motor, BrakesByItsForceLimitAndThenHolds) {
+TEST(Motor, BrakesByForceLimitThenHolds) {
   constexpr double inertia = 0.45;
   constexpr double torque = 0.9;
   Scene scene = jointed_body(1);

@@ -96,8 +96,8 @@ function shared_joint(joint, bodies) {
   return result;
 }
 
-/** The coefficient of two colliders: "friction" or "restitution". Where they disagree how, the first of these wins; where
-    neither says how, it is the average. */
+/** The coefficient of two colliders: "friction" or "restitution". Of two combine modes the first of these wins;
+    without a mode it is the average. */
 export function combined(one, other, what) {
   const value = (collider) => collider.material[what === 'friction' ? 'dynamicFriction' : what];
   const [x, y] = [value(one), value(other)];

@@ -39,7 +39,7 @@ function compound_of(colliders) {
       shapes[0].settings);
   }
   const made = settings.Create();
-  if (made.HasError()) throw new Refusal(`Jolt makes no shape of it: ${made.GetError().c_str()}`);
+  if (made.HasError()) throw new Refusal(`Jolt cannot make its shape: ${made.GetError().c_str()}`);
   const shape = made.Get();
   shape.AddRef();
   const off = list(shape.GetCenterOfMass());
@@ -107,7 +107,7 @@ function constraint_of(joint, bodies) {
     data.mHingeAxis1 = data.mHingeAxis2 = vector(joint.axis);
     data.mNormalAxis1 = data.mNormalAxis2 = vector(normal_of(joint.axis));
     if (joint.limits) {
-      // Jolt's lie about 0 and within half a turn.
+      // Jolt's limits contain 0 and lie within half a turn.
       if (joint.limits[0] > 0 || joint.limits[1] < 0) throw new Refusal(`joint ${joint.name} starts beyond its limits`);
       data.mLimitsMin = Math.max(-Math.PI, joint.limits[0]);
       data.mLimitsMax = Math.min(Math.PI, joint.limits[1]);

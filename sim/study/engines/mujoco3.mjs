@@ -74,7 +74,7 @@ class Model {
         case 'sphere': return `type="sphere" size="${c.radius}" ${at(c.orientation)}`;
         case 'capsule': return `type="capsule" size="${c.radius} ${half}" ${at(turned)}`;
         case 'plane': return `type="plane" size="0 0 1" ${at(turned)}`;
-        case 'triangle mesh': throw new Refusal('a collider is a triangle mesh, which MuJoCo would take for its hull');
+        case 'triangle mesh': throw new Refusal('a collider is a triangle mesh, which MuJoCo would replace by its hull');
         case 'ellipsoid': return `type="ellipsoid" size="${words(c.halfAxes)}" ${at(c.orientation)}`;
         case 'cylinder':
           if (c.radiusBottom === c.radiusTop) return `type="cylinder" size="${c.radiusTop} ${half}" ${at(turned)}`;
