@@ -90,7 +90,7 @@ void main() {
 }
 )";
 
-/// A surface whose colour is its light is metallic by 2; where nothing is drawn the output must be 0. With
+/// A surface that shines in its own colour has metallic 2; where nothing is drawn the output must be 0. With
 /// SHINES, a second output has the emission and alpha, a third the fraction of the sky's light that reaches
 /// the surface. Without MAY_DISCARD it is cheaper, where nearer surfaces are drawn first.
 const char* const look_glsl = R"(

@@ -47,7 +47,7 @@ double frequency_at_rest(const Model& model, const std::vector<Contact>& contact
   Problem problem;
   problem.model = &model;
   problem.contacts = &contacts;
-  problem.substeps.part = 0;  // gaps of the start are no weight
+  problem.substeps.part = 0;  // gaps at the start are no loads
   build_blocks(problem, Joints::rows);
   formulate(problem, q, h);
   std::vector<Vector3> gravities{model.gravity};
