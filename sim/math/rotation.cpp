@@ -125,6 +125,24 @@ Vector3 rotation_vector(const Quaternion& q) {
   return q.vec() * (sign * 2 * angle_of(sine, sign * q.w()) / sine);
 }
 
+Quaternion shortest_rotation(const Vector3& from, const Vector3& to) {
+  const Vector3 a = from.normalized();
+  const Vector3 b = to.normalized();
+  const double cosine = b.dot(a);
+  constexpr double opposite = -1 + 1e-12;
+  Quaternion q;
+  if (cosine < opposite) {
+    const Vector3 aside = std::abs(a.z()) < 0.5 ? Vector3::UnitZ() : Vector3::UnitX();
+    q.w() = 0;
+    q.vec() = (aside - a.dot(aside) * a).normalized();
+    return q;
+  }
+  const double s = std::sqrt((1 + cosine) * 2);
+  q.w() = s * 0.5;
+  q.vec() = a.cross(b) * (1 / s);
+  return q;
+}
+
 Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia,
                                    double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);

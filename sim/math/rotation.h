@@ -27,8 +27,9 @@ Quaternion rotation_quaternion(const Vector3& a);
 /// Returns the rotation vector (rad) of a unit quaternion, of length at most π.
 Vector3 rotation_vector(const Quaternion& q);
 
-/// Returns the rotation by the smallest angle that turns one direction to another, of any lengths but 0.
-/// Compiled once: Eigen's own decomposes a matrix for opposite directions, in seconds of each source's time.
+/// Returns the rotation by the smallest angle that turns one direction to another, of any lengths but 0. Its
+/// axis is any normal of opposite directions, for which Eigen's own compiles a matrix decomposition for
+/// seconds.
 Quaternion shortest_rotation(const Vector3& from, const Vector3& to);
 
 /// Returns p ∘ q, scaled to unit length, since rounding changes the length in each product.
