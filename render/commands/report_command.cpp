@@ -27,9 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 
 void print(const std::vector<TextTable>& tables) {
-  std::string text;
-  for (const TextTable& table : tables) text += (text.empty() ? "" : "\n") + to_markdown(table);
-  fmt::print("{}", text);
+  const char* between = "";
+  for (const TextTable& table : tables) fmt::print("{}{}", std::exchange(between, "\n"), to_markdown(table));
 }
 
 struct FigureOptions {
