@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -30,12 +31,15 @@ class SweepResults : public testing::Test {
     const std::string rod_chain = (scenes_folder() / "rod_chain.gltf").string();
     const std::string grid = fmt::format("[[grid]]\nscenes = [\"{}\", \"{}\"]\n",
                                          (scenes_folder() / "pendulum.gltf").string(), rod_chain);
-    std::ofstream(folder / "small.toml")
+    // Tests run as processes beside one another, which all write this file: no one reads a half of it.
+    const fs::path written = folder / fmt::format("small.{}", ::getpid());
+    std::ofstream(written)
         << "horizon = 1\nmost = 32\n"
         << grid << "algorithms = [\"a1\", \"a2\"]\ndivisions = [1, 2, 4, 8, 16]\niterations = [16]\n"
         << grid << "algorithms = [\"a3\", \"a4\", \"a5\"]\nsubsteps = [1, 2, 4, 8, 16]\ntau = [1]\n"
         << "joints = [\"plain\", \"stable\", \"rows\"]\n"
         << fmt::format("[[limit]]\nscenes = [\"{}\"]\nalgorithms = [\"a1\"]\n", rod_chain);
+    fs::rename(written, folder / "small.toml");
     const Sweep sweep = read_sweep(folder / "small.toml");
     run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
     merge_sweep(sweep, folder / "results");
