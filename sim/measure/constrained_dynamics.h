@@ -17,7 +17,7 @@ namespace substep {
 
 /// Factors the rows' directions, which have unit length in the metric of the masses. The rank counts the rows
 /// that are linearly independent to `tolerance`.
-inline Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Mlcp& mlcp, double tolerance) {
+inline Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Mlcp& mlcp, double tolerance) {
   const auto rows = static_cast<Eigen::Index>(mlcp.rows.size());
   Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * mlcp.bodies, rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
@@ -26,7 +26,7 @@ inline Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Mlc
     if (row.b >= 0) directions.col(i).segment<6>(6 * row.b) += row.part_b;
     directions.col(i).normalize();
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored(directions);
+  Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(directions);
   factored.setThreshold(tolerance);
   return factored;
 }
@@ -241,24 +241,31 @@ class ConstrainedDynamics {
     row_solves_ += std::ssize(mlcp_.rows);
   }
 
-  /// Solves Γλ = right where λ may not be unique. Returns impulses by body.
+  /// Solves Γλ = right where λ may not be unique: Γ = GᵀG, with G = QRPᵀ. Returns the impulses Gλ by body.
   std::vector<Vector6> solved_densely() {
     const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
-    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(rows, 6 * mlcp_.bodies);
+    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(6 * mlcp_.bodies, rows);
     Eigen::VectorXd right(rows);
     for (Eigen::Index i = 0; i < rows; ++i) {
       const Mlcp::Row& row = mlcp_.rows[i];
-      if (row.a >= 0) g.block<1, 6>(i, 6 * row.a) += row.part_a.transpose();
-      if (row.b >= 0) g.block<1, 6>(i, 6 * row.b) += row.part_b.transpose();
+      if (row.a >= 0) g.col(i).segment<6>(6 * row.a) += row.part_a;
+      if (row.b >= 0) g.col(i).segment<6>(6 * row.b) += row.part_b;
       right[i] = row.right;
     }
-    const Eigen::VectorXd y = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(g).solve(right);
-    const Eigen::VectorXd lambda =
-        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(g.transpose()).solve(y);
-    lambda_.assign(lambda.begin(), lambda.end());
-    std::vector<Vector6> impulses(mlcp_.bodies);
-    for (int body = 0; body < mlcp_.bodies; ++body) impulses[body] = y.segment<6>(6 * body);
-    return impulses;
+    const Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(g);
+    const auto r = factored.matrixQR().topLeftCorner(factored.rank(), factored.rank());
+    const auto order = factored.colsPermutation().indices().head(factored.rank());
+    Eigen::VectorXd y = right(order);
+    r.triangularView<Eigen::Upper>().transpose().solveInPlace(y);
+    Eigen::VectorXd impulses = Eigen::VectorXd::Zero(g.rows());
+    impulses.head(y.size()) = y;
+    impulses = factored.matrixQ() * impulses;
+    r.triangularView<Eigen::Upper>().solveInPlace(y);
+    lambda_.assign(rows, 0);
+    for (Eigen::Index k = 0; k < y.size(); ++k) lambda_[order[k]] = y[k];
+    std::vector<Vector6> by_body(mlcp_.bodies);
+    for (int body = 0; body < mlcp_.bodies; ++body) by_body[body] = impulses.segment<6>(6 * body);
+    return by_body;
   }
 
   /// Returns λ of a row of rigid_.

@@ -71,7 +71,7 @@ class RowMap {
     formulate(single, start_.q, 1);
     make_mlcp(single, v_, rows);
     const auto factored = factored_directions(rows, direction_tolerance);
-    directions_ = Eigen::MatrixXd(factored.householderQ()).leftCols(factored.rank());
+    directions_ = Eigen::MatrixXd(factored.matrixQ()).leftCols(factored.rank());
   }
 
   void set_velocities(const Eigen::VectorXd& parts) {
@@ -98,7 +98,7 @@ double spectral_radius(Eigen::MatrixXd power) {
     if (!(norm > 0)) return 0;
     radius *= std::pow(norm, exponent);
     power /= norm;
-    power = (power * power).eval();
+    power = power.lazyProduct(power).eval();  // compiles in a third of the time of `*`
   }
   return radius;
 }
