@@ -14,7 +14,7 @@ namespace substep::render {
 
 class GlbWriter {
  public:
-  using Json = nlohmann::json;
+  using Json = nlohmann::ordered_json;
 
   GlbWriter();
 

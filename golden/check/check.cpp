@@ -22,6 +22,7 @@
 
 #include "golden/check/case_context.h"
 #include "sim/error.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 
 namespace substep::golden {
@@ -125,7 +126,7 @@ struct Worker {
     buffer.append(bytes.data(), static_cast<std::size_t>(got));
     for (std::size_t end = 0; (end = buffer.find('\n')) != std::string::npos;) {
       is_ready = true;
-      const Json message = Json::parse(buffer.substr(0, end));
+      const Json message = parse_json(std::string_view(buffer).substr(0, end), "a checking process");
       buffer.erase(0, end + 1);
       receive(message);
     }

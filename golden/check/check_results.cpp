@@ -153,7 +153,7 @@ Json read_results(const fs::path& output) {
   const auto refuse = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
   if (!fs::exists(file)) refuse("not there: run 'substep check' first, and look at what it shows");
   try {
-    Json json = parse_json<Json>(read_bytes(file), file.string());
+    Json json = parse_json(read_bytes(file), file.string());
     if (json.at("format") != results_format)
       refuse("is of another version of substep: run 'substep check' again");
     return json;

@@ -89,8 +89,8 @@ Command words_of(const std::string& line) {
 
 /// Returns the line of [defaults] that runs the command: its files are in the project, the suite in golden.
 std::string origin_of(const std::string& command, const fs::path& project) {
-  nlohmann::json words = words_of(command);
-  for (nlohmann::json& word : words) {
+  nlohmann::ordered_json words = words_of(command);
+  for (nlohmann::ordered_json& word : words) {
     const fs::path file = word.get<std::string>();
     if (file.is_relative() && fs::is_regular_file(project / file)) word = "../" + file.generic_string();
   }

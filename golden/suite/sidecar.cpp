@@ -50,7 +50,7 @@ Sidecar read_sidecar(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return result;
   result.is_there = true;
   try {
-    const Json json = parse_json<Json>(read_bytes(file), file.string());
+    const Json json = parse_json(read_bytes(file), file.string());
     result.scene_hash = json.at("scene_hash");
     result.made_with = json.at("made_with");
     result.platform = result.made_with.at("platform");

@@ -44,7 +44,7 @@ std::string_view player_js();
 namespace substep::render {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 Json list(const Vector3& v) {
   return {v.x(), v.y(), v.z()};

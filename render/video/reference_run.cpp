@@ -32,14 +32,14 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
   return count == 0 ? 0 : sum / count;
 }
 
-nlohmann::json to_json(const ReferenceAttempt& attempt) {
+nlohmann::ordered_json to_json(const ReferenceAttempt& attempt) {
   return {{"poses", attempt.poses},
           {"ended", attempt.ended.value_or(-1)},
           {"unsolved", attempt.unsolved.value_or(-1)},
           {"unsolved steps", attempt.unsolved_steps}};
 }
 
-ReferenceAttempt attempt_in(const nlohmann::json& json) {
+ReferenceAttempt attempt_in(const nlohmann::ordered_json& json) {
   ReferenceAttempt attempt;
   json.at("poses").get_to(attempt.poses);
   const auto time = [&](const char* name) {

@@ -14,14 +14,14 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
   SceneOptions scene;
   bool as_json = false;
 };
 
-std::string number(const json& value) {
+std::string number(const Json& value) {
   return value.is_null() ? "∞" : fmt::format("{:.4g}", value.get<double>());
 }
 
@@ -29,11 +29,11 @@ std::string counted(std::size_t count, const char* one, const char* several) {
   return fmt::format("{} {}", count, count == 1 ? one : several);
 }
 
-std::string triple(const json& values) {
+std::string triple(const Json& values) {
   return fmt::format("{} {} {}", number(values[0]), number(values[1]), number(values[2]));
 }
 
-std::string collider_line(const json& collider) {
+std::string collider_line(const Json& collider) {
   const auto measure = [&](const char* key) { return number(collider.at(key)); };
   const std::string shape = collider.at("shape");
   std::string text = shape;
@@ -56,7 +56,7 @@ std::string collider_line(const json& collider) {
     text += fmt::format(", radii {} and {} m, height {} m", measure("radiusBottom"), measure("radiusTop"),
                         measure("height"));
   }
-  const json& material = collider.at("material");
+  const Json& material = collider.at("material");
   // Print "not stated" where the other material chooses the mode.
   const auto mode = [&](const char* key) {
     return material.at(key).is_null() ? std::string("not stated") : material.at(key).get<std::string>();
@@ -66,10 +66,10 @@ std::string collider_line(const json& collider) {
                      mode("frictionCombine"), number(material.at("restitution")), mode("restitutionCombine"));
 }
 
-void print_colliders(const json& body) {
+void print_colliders(const Json& body) {
   // Count equal successive colliders, since compounds often repeat one shape.
   std::vector<std::pair<std::string, int>> lines;
-  for (const json& collider : body.at("colliders")) {
+  for (const Json& collider : body.at("colliders")) {
     const std::string line = collider_line(collider);
     if (!lines.empty() && lines.back().first == line) {
       ++lines.back().second;
@@ -82,7 +82,7 @@ void print_colliders(const json& body) {
   }
 }
 
-std::string range(const json& limit) {
+std::string range(const Json& limit) {
   const char* unit = limit.at("type") == "angular" ? "rad" : "m";
   const std::string low = limit.at("min").is_null() ? "−∞" : number(limit.at("min"));
   std::string text = limit.at("min") == limit.at("max") && !limit.at("min").is_null()
@@ -95,15 +95,15 @@ std::string range(const json& limit) {
   return text;
 }
 
-void print_joint(const json& joint) {
+void print_joint(const Json& joint) {
   fmt::print("  {}: {} – {}{}\n", joint.at("name").get<std::string>(),
              joint.at("bodies")[0].get<std::string>(), joint.at("bodies")[1].get<std::string>(),
              joint.at("bodiesCollide").get<bool>() ? ", which also collide" : "");
-  for (const json& limit : joint.at("limits")) {
+  for (const Json& limit : joint.at("limits")) {
     fmt::print("    {} {}: {}\n", limit.at("type").get<std::string>(), limit.at("axes").get<std::string>(),
                range(limit));
   }
-  for (const json& drive : joint.at("drives")) {
+  for (const Json& drive : joint.at("drives")) {
     fmt::print("    drive, {} {}: to {} with stiffness {}, at {} with damping {}, at most {} ({})\n",
                drive.at("type").get<std::string>(), drive.at("axis").get<std::string>(),
                number(drive.at("positionTarget")), number(drive.at("stiffness")),
@@ -112,8 +112,8 @@ void print_joint(const json& joint) {
   }
 }
 
-void print(const json& scene) {
-  const json& drawn = scene.at("drawn");
+void print(const Json& scene) {
+  const Json& drawn = scene.at("drawn");
   fmt::print("{}: {}, {}, {} drawn ({})\n", scene.at("scene").get<std::string>(),
              counted(scene.at("bodies").size() - 1, "body", "bodies"),
              counted(scene.at("joints").size(), "joint", "joints"),
@@ -137,7 +137,7 @@ void print(const json& scene) {
                number(scene.at("camera").at("verticalFieldOfView")));
   }
   fmt::print("\nbodies:\n");
-  for (const json& body : scene.at("bodies")) {
+  for (const Json& body : scene.at("bodies")) {
     if (!body.contains("mass")) {
       if (body.at("colliders").empty()) continue;
       fmt::print("  {}\n", body.at("name").get<std::string>());
@@ -151,17 +151,17 @@ void print(const json& scene) {
     print_colliders(body);
   }
   if (!scene.at("joints").empty()) fmt::print("\njoints:\n");
-  for (const json& joint : scene.at("joints")) print_joint(joint);
+  for (const Json& joint : scene.at("joints")) print_joint(joint);
   if (scene.at("warnings").empty()) return;
   fmt::print("\nreplaced or left out:\n");
-  for (const json& warning : scene.at("warnings")) fmt::print("  {}\n", warning.get<std::string>());
+  for (const Json& warning : scene.at("warnings")) fmt::print("  {}\n", warning.get<std::string>());
 }
 
 void show(const InfoOptions& options) {
-  const json description = scene_json(load_scene(options.scene.file, options.scene.mesh_options()));
+  const Json description = scene_json(load_scene(options.scene.file, options.scene.mesh_options()));
   if (options.as_json) {
     // Replace invalid UTF-8, since names come from files in any encoding.
-    fmt::print("{}\n", description.dump(1, ' ', false, json::error_handler_t::replace));
+    fmt::print("{}\n", description.dump(1, ' ', false, Json::error_handler_t::replace));
   } else {
     print(description);
   }

@@ -21,7 +21,7 @@ struct GltfDocument {
   std::filesystem::path file;
   std::unique_ptr<JsonFile> source = std::make_unique<JsonFile>();  ///< outlives moves of the document
   std::uint64_t hash = 0;
-  nlohmann::json json;
+  nlohmann::ordered_json json;
   std::vector<std::string_view> buffers;                  ///< each of its declared length, in `files`
   std::vector<std::shared_ptr<const std::string>> files;  ///< contents of all files and data URIs
   std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_beside;

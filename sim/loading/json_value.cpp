@@ -8,10 +8,43 @@
 namespace substep {
 namespace {
 
-std::string kind(const nlohmann::json& value) {
+std::string kind(const nlohmann::ordered_json& value) {
   if (value.is_null()) return "null";
   return fmt::format("{} {}", value.is_object() || value.is_array() ? "an" : "a", value.type_name());
 }
+
+/// Finds a duplicate key or too deep nesting in a JSON text, without making values.
+class JsonCheck : public nlohmann::detail::json_sax_acceptor<nlohmann::ordered_json> {
+ public:
+  bool start_object(std::size_t) { return open(); }
+  bool start_array(std::size_t) { return open(); }
+  bool end_object() { return close(); }
+  bool end_array() { return close(); }
+  bool key(std::string& name) {
+    last_ = name.substr(0, 60);
+    if (keys_.back().insert(name).second) return true;
+    fault = fmt::format("the key '{}' stands twice in one object", last_);
+    return false;
+  }
+
+  std::string fault;  ///< empty: none
+
+ private:
+  bool open() {
+    constexpr std::size_t deepest = 64;
+    keys_.emplace_back();
+    if (keys_.size() <= deepest) return true;
+    fault = fmt::format("its JSON is nested deeper than {} levels after the key '{}'", deepest, last_);
+    return false;
+  }
+  bool close() {
+    keys_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> keys_;  ///< of each open object; empty for an array
+  std::string last_;
+};
 
 }  // namespace
 
@@ -128,7 +161,7 @@ std::vector<double> JsonValue::numbers(std::size_t size, std::string_view what) 
   if (!value_->is_array() || value_->size() != size) fail("must be an array of {} numbers{}", size, what);
   std::vector<double> numbers(size);
   for (std::size_t i = 0; i < size; ++i) {
-    const nlohmann::json& item = (*value_)[i];
+    const nlohmann::ordered_json& item = (*value_)[i];
     numbers[i] = item.is_number() ? item.get<double>() : items()[i].number();  // which fails
   }
   return numbers;
@@ -146,6 +179,13 @@ Quaternion JsonValue::rotation() const {
   }
   rotation.coeffs() /= length;
   return rotation;
+}
+
+nlohmann::ordered_json parse_json(std::string_view text, const std::string& what) {
+  JsonCheck check;
+  nlohmann::ordered_json::sax_parse(text, &check);
+  if (!check.fault.empty()) throw Error(what + ": " + check.fault);
+  return nlohmann::ordered_json::parse(text);
 }
 
 }  // namespace substep

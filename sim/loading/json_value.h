@@ -27,7 +27,7 @@ struct JsonFile {
 /// they return. The document and the file must outlive it.
 class JsonValue {
  public:
-  JsonValue(const nlohmann::json& value, JsonFile& file, std::string path = "")
+  JsonValue(const nlohmann::ordered_json& value, JsonFile& file, std::string path = "")
       : value_(&value), file_(&file), path_(std::move(path)) {}
 
   template <typename... Args>
@@ -39,10 +39,10 @@ class JsonValue {
     file_->warnings.push_back(path_ + ": " + fmt::format(text, std::forward<Args>(args)...));
   }
 
-  const nlohmann::json& json() const { return *value_; }
+  const nlohmann::ordered_json& json() const { return *value_; }
   const std::string& path() const { return path_; }
   /// Returns another value under the same path.
-  JsonValue with(const nlohmann::json& value) const { return {value, *file_, path_}; }
+  JsonValue with(const nlohmann::ordered_json& value) const { return {value, *file_, path_}; }
   /// Returns file and path, with which messages begin.
   std::string place() const { return file_->name + ": " + (path_.empty() ? "/" : path_); }
 
@@ -101,55 +101,15 @@ class JsonValue {
   Quaternion rotation() const;
 
  private:
-  const nlohmann::json* value_;
+  const nlohmann::ordered_json* value_;
   JsonFile* file_;
   std::string path_;
-};
-
-/// Finds a duplicate key or too deep nesting in a JSON text, without making values.
-template <typename Json>
-class JsonCheck : public nlohmann::detail::json_sax_acceptor<Json> {
- public:
-  bool start_object(std::size_t) { return open(); }
-  bool start_array(std::size_t) { return open(); }
-  bool end_object() { return close(); }
-  bool end_array() { return close(); }
-  bool key(std::string& name) {
-    last_ = name.substr(0, 60);
-    if (keys_.back().insert(name).second) return true;
-    fault = fmt::format("the key '{}' stands twice in one object", last_);
-    return false;
-  }
-
-  std::string fault;  ///< empty: none
-
- private:
-  bool open() {
-    constexpr std::size_t deepest = 64;
-    keys_.emplace_back();
-    if (keys_.size() <= deepest) return true;
-    fault = fmt::format("its JSON is nested deeper than {} levels after the key '{}'", deepest, last_);
-    return false;
-  }
-  bool close() {
-    keys_.pop_back();
-    return true;
-  }
-
-  std::vector<std::set<std::string>> keys_;  ///< of each open object; empty for an array
-  std::string last_;
 };
 
 /// Returns the value of `text`. Throws nlohmann's exception for text that is no JSON, and Error that begins
 /// with `what` for a duplicate key, of which the parser would keep the last value, and for a nesting that
 /// recursive code could not follow. The check goes before: a parser with a callback walks a whole array
 /// again after each object in it, which takes seconds in a file of 50,000 nodes.
-template <typename Json>
-Json parse_json(std::string_view text, const std::string& what) {
-  JsonCheck<Json> check;
-  Json::sax_parse(text, &check);
-  if (!check.fault.empty()) throw Error(what + ": " + check.fault);
-  return Json::parse(text);
-}
+nlohmann::ordered_json parse_json(std::string_view text, const std::string& what);
 
 }  // namespace substep

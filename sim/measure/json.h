@@ -24,6 +24,6 @@ RunTimes times_in(const nlohmann::ordered_json& json);
 
 /// Returns the scene without its appearance, as it is simulated, complete enough for `info --json` and for
 /// simulators that are commands: SI units, null for infinite. scenes/format.md documents it.
-nlohmann::json scene_json(const Scene& scene);
+nlohmann::ordered_json scene_json(const Scene& scene);
 
 }  // namespace substep

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -55,7 +56,7 @@ fs::path ReferenceCache::file_of(const std::string& key) const {
 
 /// Returns a cached result. A file holds the hash of its rest in 16 digits, then, as CBOR, the key and the
 /// result.
-std::optional<nlohmann::json> ReferenceCache::find(const std::string& key) const {
+std::optional<nlohmann::ordered_json> ReferenceCache::find(const std::string& key) const {
   constexpr std::size_t digits = 16;
   if (program_.empty()) return std::nullopt;
   const fs::path file = file_of(key);
@@ -63,20 +64,20 @@ std::optional<nlohmann::json> ReferenceCache::find(const std::string& key) const
   if (content.size() <= digits) return std::nullopt;
   const std::string_view body = std::string_view(content).substr(digits);
   if (content.compare(0, digits, fmt::format("{:016x}", fnv1a(body))) != 0) return std::nullopt;
-  nlohmann::json entry = nlohmann::json::from_cbor(body, true, false);
+  nlohmann::ordered_json entry = nlohmann::ordered_json::from_cbor(body, true, false);
   if (!entry.is_array() || entry.size() != 2 || entry[0] != program_ + key) return std::nullopt;
   std::error_code ignored;
   fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
   return std::move(entry[1]);
 }
 
-void ReferenceCache::keep(const std::string& key, const nlohmann::json& result) const {
+void ReferenceCache::keep(const std::string& key, const nlohmann::ordered_json& result) const {
   if (program_.empty()) return;
   std::error_code failure;
   fs::create_directories(folder_, failure);
   if (failure) return;
   std::string body;
-  nlohmann::json::to_cbor(nlohmann::json::array({program_ + key, result}), body);
+  nlohmann::ordered_json::to_cbor(nlohmann::ordered_json::array({program_ + key, result}), body);
   if (body.size() > most_bytes_) return;
   try {
     write_file(file_of(key), fmt::format("{:016x}{}", fnv1a(body), body));
@@ -110,30 +111,57 @@ void ReferenceCache::remove_oldest() const {
   }
 }
 
-void to_json(nlohmann::json& json, const Coordinates& q) {
+void to_json(nlohmann::ordered_json& json, const Coordinates& q) {
   json = {q.linear.x(),  q.linear.y(),  q.linear.z(), q.angular.x(),
           q.angular.y(), q.angular.z(), q.angular.w()};
 }
 
-void from_json(const nlohmann::json& json, Coordinates& q) {
+void from_json(const nlohmann::ordered_json& json, Coordinates& q) {
   const auto numbers = json.get<std::array<double, 7>>();
   q.linear = Vector3(numbers.data());
   q.angular.coeffs() = Eigen::Vector4d(numbers.data() + 3);
 }
 
-static void to_json(nlohmann::json& json, const Velocity& v) {
+static void to_json(nlohmann::ordered_json& json, const Velocity& v) {
   json = {v.linear.x(), v.linear.y(), v.linear.z(), v.angular.x(), v.angular.y(), v.angular.z()};
 }
 
-static void from_json(const nlohmann::json& json, Velocity& v) {
+static void from_json(const nlohmann::ordered_json& json, Velocity& v) {
   const auto numbers = json.get<std::array<double, 6>>();
   v = {Vector3(numbers.data()), Vector3(numbers.data() + 3)};
 }
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(State, q, v)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Motion, interval, samples)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Uncertainty, position, turn)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReferenceMotion, motion, method, horizon, divergence_point, uncertainties)
+static void to_json(nlohmann::ordered_json& json, const State& state) {
+  json = std::tie(state.q, state.v);
+}
+
+static void from_json(const nlohmann::ordered_json& json, State& state) {
+  json.at(0).get_to(state.q);
+  json.at(1).get_to(state.v);
+}
+
+static void to_json(nlohmann::ordered_json& json, const Uncertainty& x) {
+  json = {x.position, x.turn};
+}
+
+static void from_json(const nlohmann::ordered_json& json, Uncertainty& x) {
+  json.at(0).get_to(x.position);
+  json.at(1).get_to(x.turn);
+}
+
+static void to_json(nlohmann::ordered_json& json, const ReferenceMotion& x) {
+  json =
+      std::tie(x.motion.interval, x.motion.samples, x.method, x.horizon, x.divergence_point, x.uncertainties);
+}
+
+static void from_json(const nlohmann::ordered_json& json, ReferenceMotion& x) {
+  json.at(0).get_to(x.motion.interval);
+  json.at(1).get_to(x.motion.samples);
+  json.at(2).get_to(x.method);
+  json.at(3).get_to(x.horizon);
+  json.at(4).get_to(x.divergence_point);
+  json.at(5).get_to(x.uncertainties);
+}
 
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,
                                  const ReferenceCache& cache) {

@@ -16,48 +16,48 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
-json numbers(const Vector3& vector) {
+Json numbers(const Vector3& vector) {
   return {vector.x(), vector.y(), vector.z()};
 }
 
 /// Returns a number, or null where it is infinite, which JSON cannot say.
-json finite(double value) {
-  return std::isfinite(value) ? json(value) : json();
+Json finite(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
 }
 
-json reciprocal(double value) {
-  return value == 0 ? json() : json(1 / value);
+Json reciprocal(double value) {
+  return value == 0 ? Json() : Json(1 / value);
 }
 
-json numbers(const Quaternion& q) {
+Json numbers(const Quaternion& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-json placed(json shape, const Pose& pose) {
+Json placed(Json shape, const Pose& pose) {
   shape["position"] = numbers(pose.position);
   shape["orientation"] = numbers(pose.orientation);
   return shape;
 }
 
-json points(const std::vector<Vector3>& vertices, const Pose& pose) {
-  json result = json::array();
+Json points(const std::vector<Vector3>& vertices, const Pose& pose) {
+  Json result = Json::array();
   for (const Vector3& vertex : vertices) result.push_back(numbers(pose * vertex));
   return result;
 }
 
-json of_shape(const Sphere& sphere, const Pose& pose) {
+Json of_shape(const Sphere& sphere, const Pose& pose) {
   return placed({{"shape", "sphere"}, {"radius", sphere.radius}}, pose);
 }
-json of_shape(const Capsule& capsule, const Pose& pose) {
+Json of_shape(const Capsule& capsule, const Pose& pose) {
   return placed({{"shape", "capsule"}, {"radius", capsule.radius}, {"height", 2 * capsule.half_length}},
                 pose);
 }
-json of_shape(const Plane& /*plane*/, const Pose& pose) {
+Json of_shape(const Plane& /*plane*/, const Pose& pose) {
   return placed({{"shape", "plane"}}, pose);
 }
-json of_shape(const Polytope& polytope, const Pose& pose) {
+Json of_shape(const Polytope& polytope, const Pose& pose) {
   if (polytope.box) {
     return placed({{"shape", "box"}, {"size", numbers(2 * polytope.box->half_size)}},
                   pose * polytope.box->pose);
@@ -74,16 +74,16 @@ json of_shape(const Polytope& polytope, const Pose& pose) {
           {"faces", polytope.face_count()},
           {"points", points(polytope.vertices, pose)}};
 }
-json tapered(const char* shape, double height, double bottom, double top, const Pose& pose) {
+Json tapered(const char* shape, double height, double bottom, double top, const Pose& pose) {
   return placed({{"shape", shape}, {"height", height}, {"radiusBottom", bottom}, {"radiusTop", top}}, pose);
 }
-json of_shape(const Cylinder& x, const Pose& pose) {
+Json of_shape(const Cylinder& x, const Pose& pose) {
   return tapered("cylinder", 2 * x.half_height, x.radius_bottom, x.radius_top, pose);
 }
-json of_shape(const TaperedCapsule& x, const Pose& pose) {
+Json of_shape(const TaperedCapsule& x, const Pose& pose) {
   return tapered("tapered capsule", 2 * x.half_length, x.radius_bottom, x.radius_top, pose);
 }
-json of_shape(const TriangleMesh& mesh, const Pose& pose) {
+Json of_shape(const TriangleMesh& mesh, const Pose& pose) {
   return {{"shape", "triangle mesh"},
           {"triangles", mesh.triangles.size()},
           {"twoSided", mesh.two_sided},
@@ -92,9 +92,9 @@ json of_shape(const TriangleMesh& mesh, const Pose& pose) {
 }
 
 /// Returns the mode as files have it; null where they state none.
-json combine_name(Combine combine) {
+Json combine_name(Combine combine) {
   constexpr std::array names{"average", "minimum", "maximum", "multiply"};
-  return combine == Combine::unstated ? json() : json(names.at(static_cast<std::size_t>(combine)));
+  return combine == Combine::unstated ? Json() : Json(names.at(static_cast<std::size_t>(combine)));
 }
 
 /// Returns the frame of a body's node, moved to the centre of mass, in the body frame. Colliders and joints
@@ -103,18 +103,18 @@ Pose centre_frame(const Body& body) {
   return {Vector3::Zero(), body.body_from_node.orientation};
 }
 
-json bits(std::uint64_t mask) {
-  json result = json::array();
+Json bits(std::uint64_t mask) {
+  Json result = Json::array();
   for (int bit = 0; bit < 64; ++bit) {
     if ((mask >> bit & 1U) != 0) result.push_back(bit);
   }
   return result;
 }
 
-json of_collider(const Scene& scene, const Collider& collider) {
+Json of_collider(const Scene& scene, const Collider& collider) {
   const Pose pose = centre_frame(scene.bodies[collider.body]).inverse() * collider.placement;
-  json result = std::visit([&](const auto& shape) { return of_shape(shape, pose); }, collider.shape);
-  result["systems"] = collider.in_no_system ? json() : bits(collider.member);
+  Json result = std::visit([&](const auto& shape) { return of_shape(shape, pose); }, collider.shape);
+  result["systems"] = collider.in_no_system ? Json() : bits(collider.member);
   result["exceptSystems"] = bits(~collider.collides_with);
   const ContactMaterial& material = collider.material;
   result["material"] = {{"staticFriction", material.static_friction},
@@ -133,31 +133,31 @@ std::string axes_of(const JointLimit& limit) {
   return axes;
 }
 
-json of_joint(const Scene& scene, const Joint& joint) {
+Json of_joint(const Scene& scene, const Joint& joint) {
   const auto body = [&](int index) { return scene.bodies[index].name; };
   const auto frame = [&](int index, const Pose& pose) {
-    return placed(json::object(), centre_frame(scene.bodies[index]).inverse() * pose);
+    return placed(Json::object(), centre_frame(scene.bodies[index]).inverse() * pose);
   };
   // Count them among the world's colliders.
-  json silent = json::array();
+  Json silent = Json::array();
   for (const int collider : joint.silent_colliders) {
     silent.push_back(std::count_if(scene.colliders.begin(), scene.colliders.begin() + collider,
                                    [](const Collider& other) { return other.body == world_body; }));
   }
-  json result{{"name", joint.name},
+  Json result{{"name", joint.name},
               {"bodies", {body(joint.body_a), body(joint.body_b)}},
               {"indices", {joint.body_a, joint.body_b}},
               {"frames", {frame(joint.body_a, joint.frame_a), frame(joint.body_b, joint.frame_b)}},
               {"bodiesCollide", joint.enable_collision},
               {"silentColliders", silent},
-              {"limits", json::array()},
-              {"drives", json::array()}};
+              {"limits", Json::array()},
+              {"drives", Json::array()}};
   for (const JointLimit& limit : joint.limits) {
     result["limits"].push_back({{"type", limit.angular ? "angular" : "linear"},
                                 {"axes", axes_of(limit)},
                                 {"min", finite(limit.min)},
                                 {"max", finite(limit.max)},
-                                {"stiffness", limit.stiffness ? json(*limit.stiffness) : json()},
+                                {"stiffness", limit.stiffness ? Json(*limit.stiffness) : Json()},
                                 {"damping", limit.damping}});
   }
   for (const JointDrive& drive : joint.drives) {
@@ -188,8 +188,8 @@ std::string reason_of_substeps(const Scene& scene) {
 
 }  // namespace
 
-json scene_json(const Scene& scene) {
-  json result{{"format", "substep scene 1"},
+Json scene_json(const Scene& scene) {
+  Json result{{"format", "substep scene 1"},
               {"scene", scene.name},
               {"file", scene.file.string()},
               {"hash", fmt::format("{:016x}", scene.hash)},
@@ -197,8 +197,8 @@ json scene_json(const Scene& scene) {
               {"duration", scene.duration},
               {"step", scene.step},
               {"gyroscopic", scene.gyroscopic},
-              {"bodies", json::array()},
-              {"joints", json::array()},
+              {"bodies", Json::array()},
+              {"joints", Json::array()},
               {"warnings", scene.warnings}};
   const Settings settings = usual_settings(scene, Algorithm::a5);
   result["default"] = label(settings);
@@ -209,7 +209,7 @@ json scene_json(const Scene& scene) {
   result["modelled"] = Simulation(scene, settings).modelled();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
-    json entry{{"name", body.name}, {"colliders", json::array()}};
+    Json entry{{"name", body.name}, {"colliders", Json::array()}};
     if (i > 0) {
       entry["kind"] = kind_of(body);
       entry["mass"] = reciprocal(body.inverse_mass);
@@ -234,9 +234,9 @@ json scene_json(const Scene& scene) {
     triangles += scene.meshes[visual.mesh].triangles.size();
   }
   result["drawn"] = {{"meshes", scene.visuals.size()}, {"triangles", triangles}};
-  result["camera"] = scene.camera ? json{{"position", numbers(scene.camera->pose.position)},
+  result["camera"] = scene.camera ? Json{{"position", numbers(scene.camera->pose.position)},
                                          {"verticalFieldOfView", scene.camera->vertical_field_of_view}}
-                                  : json();
+                                  : Json();
   return result;
 }
 

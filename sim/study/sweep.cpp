@@ -230,7 +230,7 @@ std::vector<SweepRecord> read_records(const fs::path& results) {
   if (!text) throw Error(fmt::format("{}: cannot be read: 'substep sweep' writes it", file.string()));
   std::vector<SweepRecord> records;
   try {
-    for (const auto& entry : parse_json<nlohmann::ordered_json>(*text, file.string())) {
+    for (const auto& entry : parse_json(*text, file.string())) {
       records.push_back(record_in(entry.dump()));
     }
   } catch (const std::exception& error) {

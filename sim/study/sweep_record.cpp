@@ -137,7 +137,7 @@ std::string to_json(const SweepRecord& r) {
 
 SweepRecord record_in(const std::string& text) {
   try {
-    const Json json = parse_json<Json>(text, "not what a sweep wrote");
+    const Json json = parse_json(text, "not what a sweep wrote");
     SweepRecord r;
     const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
     visit_names(r, read);

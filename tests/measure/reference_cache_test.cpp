@@ -90,7 +90,7 @@ TEST(ReferenceCache, IgnoresUnwritableFolder) {
 
 TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
   const test::TemporaryFolder folder;
-  const nlohmann::json numbers = std::vector<double>(5000, 0.1);
+  const nlohmann::ordered_json numbers = std::vector<double>(5000, 0.1);
   const auto use = [&] {
     const ReferenceCache cache(folder.path(), 60'000);
     for (int i = 0; i < 50; ++i) {

@@ -16,7 +16,7 @@ namespace substep {
 namespace {
 
 using testing::HasSubstr;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 class Export : public Program {
  protected:

@@ -47,10 +47,10 @@ TEST_F(InfoCommand, ExplainsSubsteps) {
 TEST_F(InfoCommand, GivesTheSameAsJson) {
   const Outcome outcome = run({"info", "--json", mesh("gear.stl"), "--scale", "0.001", "--mass", "0.25"});
   EXPECT_EQ(outcome.exit_code, 0);
-  const nlohmann::json scene = nlohmann::json::parse(outcome.out);
+  const nlohmann::ordered_json scene = nlohmann::ordered_json::parse(outcome.out);
   ASSERT_EQ(scene.at("bodies").size(), 2u);
   EXPECT_EQ(scene.at("bodies")[0].at("colliders")[0].at("shape"), "plane");
-  const nlohmann::json& gear = scene.at("bodies")[1];
+  const nlohmann::ordered_json& gear = scene.at("bodies")[1];
   EXPECT_EQ(gear.at("name"), "gear");
   EXPECT_NEAR(gear.at("mass").get<double>(), 0.25, 1e-12);
   EXPECT_EQ(gear.at("colliders")[0].at("shape"), "hull");

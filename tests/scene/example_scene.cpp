@@ -16,7 +16,7 @@
 namespace substep::test {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 void append(std::string& bytes, std::uint64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
@@ -45,23 +45,23 @@ std::string pointer(std::string text) {
   return text;
 }
 
-json edited(json document, const std::string& edits) {
+Json edited(Json document, const std::string& edits) {
   for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
     end = std::min(edits.find(";\n", begin), edits.find("; /", begin));
     const std::string edit = edits.substr(begin, end - begin);
     const std::size_t sign = edit.find('=');
-    const json::json_pointer place(pointer(trimmed(edit.substr(0, sign))));
+    const Json::json_pointer place(pointer(trimmed(edit.substr(0, sign))));
     const std::string value = trimmed(edit.substr(sign + 1));
     if (value.empty()) {
       document.at(place.parent_pointer()).erase(place.back());
     } else {
-      document[place] = json::parse(value);
+      document[place] = Json::parse(value);
     }
   }
   return document;
 }
 
-json edited(const std::string& edits) {
+Json edited(const std::string& edits) {
   return edited(example(), edits);
 }
 
@@ -90,8 +90,8 @@ std::string cube_buffer() {
   return bytes;
 }
 
-json example() {
-  json document = json::parse(R"({
+Json example() {
+  Json document = Json::parse(R"({
     "asset": {"version": "2.0"},
     "extensionsUsed": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes", "KHR_lights_punctual"],
     "extensionsRequired": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes"],
@@ -140,12 +140,12 @@ json example() {
   return document;
 }
 
-json one_body(const std::string& motion, const std::string& shape) {
-  json document = json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+Json one_body(const std::string& motion, const std::string& shape) {
+  Json document = Json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
     "nodes": [{"name": "body", "extensions": {"KHR_physics_rigid_bodies": {
       "collider": {"geometry": {"shape": 0}}}}}]})");
-  document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"]["motion"] = json::parse(motion);
-  document["extensions"]["KHR_implicit_shapes"]["shapes"] = json::array({json::parse(shape)});
+  document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"]["motion"] = Json::parse(motion);
+  document["extensions"]["KHR_implicit_shapes"]["shapes"] = Json::array({Json::parse(shape)});
   return document;
 }
 
@@ -161,18 +161,18 @@ std::string glb(const std::string& text, const std::string& binary) {
   return file + std::string("BIN\0", 4) + binary;
 }
 
-Scene load(const json& document) {
+Scene load(const Json& document) {
   const TemporaryFolder folder;
   return load_scene(folder.write("example.gltf", document.dump()));
 }
 
 void expect_scene(const Scene& scene, const std::string& table) {
-  const json actual = scene_json(scene);
+  const Json actual = scene_json(scene);
   for (const auto& row : rows(table)) {
     SCOPED_TRACE(row[0]);
     const double tolerance = row.size() > 2 ? std::stod(row[2]) : 0;
-    const json found = actual.at(json::json_pointer(row[0])).flatten();
-    const json expected = json::parse(row[1]).flatten();
+    const Json found = actual.at(Json::json_pointer(row[0])).flatten();
+    const Json expected = Json::parse(row[1]).flatten();
     EXPECT_EQ(found.size(), expected.size());
     for (const auto& [key, value] : expected.items()) {
       if (value.is_number()) {
@@ -188,19 +188,19 @@ std::string complaint(const std::filesystem::path& file) {
   return message_of([&] { load_scene(file); });
 }
 
-std::string complaint(const json& document) {
+std::string complaint(const Json& document) {
   const TemporaryFolder folder;
   return complaint(folder.write("example.gltf", document.dump()));
 }
 
-std::string warnings(const json& document) {
+std::string warnings(const Json& document) {
   std::string text;
   for (const std::string& warning : load(document).warnings) text += warning + '\n';
   return text;
 }
 
-int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
-                 const char* type) {
+int add_accessor(nlohmann::ordered_json& document, std::string& bytes, const std::string& numbers,
+                 int component, const char* type) {
   document["bufferViews"].push_back(
       {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", numbers.size()}});
   document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
@@ -213,7 +213,7 @@ int add_accessor(nlohmann::json& document, std::string& bytes, const std::string
   return static_cast<int>(document["accessors"].size()) - 1;
 }
 
-json skinned(json document, int node, const std::string& joints) {
+Json skinned(Json document, int node, const std::string& joints) {
   std::string bytes = cube_buffer();
   std::string holders;
   std::string weights;
@@ -221,11 +221,11 @@ json skinned(json document, int node, const std::string& joints) {
     holders += std::string(1, static_cast<char>(corner / 4)) + std::string(3, '\0');
     weights += std::string("\xff\0\0\0", 4);
   }
-  json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
   attributes["JOINTS_0"] = add_accessor(document, bytes, holders, 5121, "VEC4");
   attributes["WEIGHTS_0"] = add_accessor(document, bytes, weights, 5121, "VEC4");
   document["accessors"].back()["normalized"] = true;
-  document["skins"] = {{{"joints", json::parse(joints)}}};
+  document["skins"] = {{{"joints", Json::parse(joints)}}};
   document["nodes"][node]["skin"] = 0;
   return document;
 }

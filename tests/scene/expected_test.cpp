@@ -8,11 +8,11 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 using namespace test;
 
-json scene_with(const std::string& expected) {
+Json scene_with(const std::string& expected) {
   return edited("/scenes/0/extras/substep = {\"duration\": 3, \"expected\": " + expected + "}");
 }
 
@@ -60,9 +60,9 @@ TEST(Expected, StaysReadsItsLevel) {
 }
 
 TEST(Expected, SceneOverridesDocument) {
-  json document =
+  Json document =
       scene_with(R"([{"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "the scene"}])");
-  document["extras"] = json::parse(R"({"substep": {"expected": []}})");
+  document["extras"] = Json::parse(R"({"substep": {"expected": []}})");
   EXPECT_EQ(load(document).expected.size(), 1u);
   document["scenes"][0].erase("extras");
   EXPECT_TRUE(load(document).expected.empty());
@@ -70,8 +70,8 @@ TEST(Expected, SceneOverridesDocument) {
 
 // Each row: members merged into an expectation | words of the message | path of the fault in the expectation.
 TEST(Expected, RefusalNamesPlaceAndRemedy) {
-  const json good =
-      json::parse(R"({"quantity": "way", "body": "rock", "direction": [1, 0, 0], "at": 2, "value": 1,
+  const Json good =
+      Json::parse(R"({"quantity": "way", "body": "rock", "direction": [1, 0, 0], "at": 2, "value": 1,
                                     "tolerance": 0.1, "source": "a closed form"})");
   for (const auto& row : rows(R"(
     "when": 2 | unknown key 'when'
@@ -105,9 +105,9 @@ TEST(Expected, RefusalNamesPlaceAndRemedy) {
     "at": null, "stays": 1, "value": 4 | after the scene's end
     "at": null, "crossing": 1, "value": 4 | after the scene's end)")) {
     SCOPED_TRACE(row[0]);
-    json item = good;
-    item.merge_patch(json::parse("{" + row[0] + "}"));
-    const std::string message = complaint(scene_with(json::array({item}).dump()));
+    Json item = good;
+    item.merge_patch(Json::parse("{" + row[0] + "}"));
+    const std::string message = complaint(scene_with(Json::array({item}).dump()));
     const std::string place = "/scenes/0/extras/substep/expected/0" + (row.size() > 2 ? row[2] : "");
     EXPECT_THAT(message, HasSubstr(place + ": "));
     EXPECT_THAT(message, HasSubstr(row[1]));
@@ -115,8 +115,8 @@ TEST(Expected, RefusalNamesPlaceAndRemedy) {
 }
 
 TEST(Expected, RefusesMoreThanAThousand) {
-  const json item = json::parse(R"({"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "s"})");
-  EXPECT_THAT(complaint(scene_with(json(std::vector<json>(1001, item)).dump())),
+  const Json item = Json::parse(R"({"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "s"})");
+  EXPECT_THAT(complaint(scene_with(Json(std::vector<Json>(1001, item)).dump())),
               HasSubstr("has 1001 items; at most 1000 are read"));
 }
 

@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 using testing::AllOf;
 using testing::HasSubstr;
 using namespace test;
@@ -178,7 +178,7 @@ TEST(Refusal, RefusesPhysics) {
 }
 
 TEST(Refusal, RefusesMoreThan64Systems) {
-  json systems;
+  Json systems;
   for (int i = 0; i < 65; ++i) systems.push_back("system " + std::to_string(i));
   const std::string edit = "/$/collisionFilters/0/collisionSystems = " + systems.dump();
   EXPECT_THAT(complaint(edited(edit)), HasSubstr("more than 64 collision systems"));
@@ -196,7 +196,7 @@ TEST(Refusal, RefusesVerticesNotFinite) {
   for (const char* bits : {"\x00\x00\xc0\x7f", "\x00\x00\x80\x7f", "\x00\x00\x80\xff"}) {  // NaN, ∞, −∞
     std::string buffer = cube_buffer();
     buffer.replace(12 * 3 + 4, 4, std::string(bits, 4));
-    json document = example();
+    Json document = example();
     document["buffers"][0]["uri"] = "data:application/gltf-buffer;base64," + base64(buffer);
     EXPECT_THAT(complaint(document), HasSubstr("/meshes/0/primitives/0: vertex 3 is not finite"));
   }
@@ -227,7 +227,7 @@ TEST(Refusal, RefusesUrisOutsideFolder) {
     data:text/plain,hello | not base64
     data:application/octet-stream;base64,AA AA | not base64 (code 32)
     data:application/octet-stream;base64,AAAA | there are only 3)")) {
-    json document = example();
+    Json document = example();
     document["buffers"][0]["uri"] = row[0];
     EXPECT_THAT(complaint(folder.write("inner/scene.gltf", document.dump())), HasSubstr(row[1])) << row[0];
   }
@@ -270,7 +270,7 @@ TEST(Refusal, RefusesOtherFiles) {
 class Glb : public testing::Test {
  protected:
   Glb() {
-    json document = example();
+    Json document = example();
     document["buffers"][0].erase("uri");
     bytes_ = glb(document.dump(), cube_buffer());
   }
@@ -314,7 +314,7 @@ TEST_F(Glb, RefusesFileWithoutChunks) {
 }
 
 /// Returns the example with a texture.
-json textured() {
+Json textured() {
   // The first bytes of every PNG file, in base64: loading decodes no more.
   return edited(R"(/images = [{"uri": "data:image/png;base64,iVBORw0KGgo="}];
     /samplers = [{"magFilter": 9728, "minFilter": 9987, "wrapS": 33071}];
@@ -323,7 +323,7 @@ json textured() {
 }
 
 /// Expects a warning for each row: an edit | words of the warning, none where there is no warning.
-void expect_warnings(const json& document, const std::string& table) {
+void expect_warnings(const Json& document, const std::string& table) {
   for (const auto& row : rows(table)) {
     SCOPED_TRACE(row[0]);
     const std::string text = warnings(edited(document, row[0]));
@@ -379,12 +379,12 @@ TEST(Features, LoadWithoutWarning) {
 }
 
 TEST(Features, RefusesThirdSetOfTextureCoordinates) {
-  const json document = edited(textured(), "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord = 2");
+  const Json document = edited(textured(), "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord = 2");
   EXPECT_THAT(complaint(document), HasSubstr("two sets are read, 0 and 1"));
 }
 
 TEST(Features, WarnsOfMoreThan16Lights) {
-  json document = edited(R"(/extensions/KHR_lights_punctual/lights/- = {"type": "point"})");
+  Json document = edited(R"(/extensions/KHR_lights_punctual/lights/- = {"type": "point"})");
   for (int i = 0; i < 17; ++i) {
     document["scenes"][0]["nodes"].push_back(document["nodes"].size());
     document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
@@ -404,7 +404,7 @@ TEST(Features, SimplifiesHullOfMoreThan256Vertices) {
   }
   std::string bytes(reinterpret_cast<const char*>(points.data()), 4 * points.size());
   bytes.append(reinterpret_cast<const char*>(indices.data()), 2 * indices.size());
-  json document = edited(R"(/bufferViews/0/byteLength = 4800; /accessors/0/count = 400;
+  Json document = edited(R"(/bufferViews/0/byteLength = 4800; /accessors/0/count = 400;
     /bufferViews/1 = {"buffer": 0, "byteOffset": 4800, "byteLength": 2388}; /accessors/1/count = 1194)");
   document["buffers"][0] = {{"byteLength", bytes.size()}, {"uri", "data:;base64," + base64(bytes)}};
   EXPECT_THAT(warnings(document), HasSubstr("is simplified to"));

@@ -21,7 +21,7 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 using namespace test;
 
@@ -93,10 +93,10 @@ Geometry grid(std::size_t side) {
 }
 
 // Returns a document of one mesh of one primitive, without nodes.
-json document_of(const Geometry& geometry) {
+Json document_of(const Geometry& geometry) {
   const std::size_t positions = 4 * geometry.positions.size();
   const std::size_t indices = 4 * geometry.indices.size();
-  json document = json::parse(R"({"asset": {"version": "2.0"},
+  Json document = Json::parse(R"({"asset": {"version": "2.0"},
     "extensionsUsed": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes"], "nodes": []})");
   document["buffers"] = {{{"byteLength", positions + indices}}};
   document["bufferViews"] = {{{"buffer", 0}, {"byteLength", positions}},
@@ -108,7 +108,7 @@ json document_of(const Geometry& geometry) {
   return document;
 }
 
-Crafted as_glb(const json& document, const Geometry& geometry) {
+Crafted as_glb(const Json& document, const Geometry& geometry) {
   std::string binary(4 * (geometry.positions.size() + geometry.indices.size()), '\0');
   std::memcpy(binary.data(), geometry.positions.data(), 4 * geometry.positions.size());
   std::memcpy(binary.data() + 4 * geometry.positions.size(), geometry.indices.data(),
@@ -116,21 +116,21 @@ Crafted as_glb(const json& document, const Geometry& geometry) {
   return {"crafted.glb", glb(document.dump(), binary), {}};
 }
 
-Crafted as_gltf(const json& document) {
+Crafted as_gltf(const Json& document) {
   return {"crafted.gltf", document.dump(), {}};
 }
 
-json collider_of_node(int node, bool hull, bool moves) {
-  json physics = {{"collider", {{"geometry", {{"node", node}, {"convexHull", hull}}}}}};
+Json collider_of_node(int node, bool hull, bool moves) {
+  Json physics = {{"collider", {{"geometry", {{"node", node}, {"convexHull", hull}}}}}};
   if (moves) physics["motion"] = {{"mass", 1}};
   return {{"extensions", {{"KHR_physics_rigid_bodies", physics}}}};
 }
 
 // Adds node 0 with the mesh, and `count` colliders of its geometry, each in its own scale if `scaled`.
-json with_colliders(json document, int count, bool hull, bool moves, bool scaled) {
+Json with_colliders(Json document, int count, bool hull, bool moves, bool scaled) {
   document["nodes"].push_back({{"mesh", 0}});
   for (int i = 0; i < count; ++i) {
-    json node = collider_of_node(0, hull, moves);
+    Json node = collider_of_node(0, hull, moves);
     if (scaled) node["scale"] = {1 + 0.001 * i, 1, 1};
     document["nodes"].push_back(node);
   }
@@ -141,13 +141,13 @@ Crafted collided(const Geometry& geometry, int count, bool hull, bool moves, boo
   return as_glb(with_colliders(document_of(geometry), count, hull, moves, scaled), geometry);
 }
 
-json with_shapes(const char* shape, int count, bool scaled) {
-  json document = one_body("{}", shape);
-  const json node = document["nodes"][0];
+Json with_shapes(const char* shape, int count, bool scaled) {
+  Json document = one_body("{}", shape);
+  const Json node = document["nodes"][0];
   document.erase("scenes");
   document.erase("scene");
   for (int i = 1; i < count; ++i) {
-    json copy = node;
+    Json copy = node;
     copy["name"] = std::to_string(i);
     if (scaled) copy["scale"] = {1 + 0.001 * i, 1, 2};
     document["nodes"].push_back(copy);
@@ -159,21 +159,21 @@ Crafted crafted_with(const std::string& edits) {
   return as_gltf(edited(edits));
 }
 
-void repeat(json& list, int count) {
+void repeat(Json& list, int count) {
   for (int i = 0; i < count; ++i) list.push_back(list[0]);
 }
 
 // Returns nodes that are each the child of the one before.
-json chain(int length) {
-  json document = edited("/scenes =; /scene =; /nodes = []");
+Json chain(int length) {
+  Json document = edited("/scenes =; /scene =; /nodes = []");
   for (int i = 0; i < length; ++i) document["nodes"].push_back({{"children", {i + 1}}});
-  document["nodes"].push_back(json::object());
+  document["nodes"].push_back(Json::object());
   return document;
 }
 
 // Returns `wearers` nodes with a skin whose joints are all node 0.
-json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
-  json document = document_of(geometry);
+Json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
+  Json document = document_of(geometry);
   const std::size_t vertices = geometry.vertices();
   const std::size_t begin = document["buffers"][0]["byteLength"];
   document["buffers"][0]["byteLength"] = begin + 8 * vertices;
@@ -186,7 +186,7 @@ json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
                                    {"normalized", true},
                                    {"type", "VEC4"},
                                    {"count", vertices}});
-  json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
   attributes["JOINTS_0"] = 2;
   attributes["WEIGHTS_0"] = 3;
   document["skins"] = {{{"joints", std::vector<int>(joints, 0)}}};
@@ -225,7 +225,7 @@ const std::vector<Case>& cases() {
       {"PrimitivesShareAnAccessor", "/meshes/0/primitives", "more than",
        [] {
          const Geometry geometry = ball(40'000);
-         json document = document_of(geometry);
+         Json document = document_of(geometry);
          document["nodes"].push_back({{"mesh", 0}});
          for (int i = 0; i < 9000; ++i)
            document["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 6}});
@@ -268,25 +268,25 @@ const std::vector<Case>& cases() {
       {"CollidersOfOneTree", "/collider", "has more than",
        [] {
          const Geometry geometry = ball(100);
-         json document = with_colliders(document_of(geometry), 3000, true, true, true);
+         Json document = with_colliders(document_of(geometry), 3000, true, true, true);
          std::vector<int> children;
          for (int i = 0; i < 9000; ++i) {
            children.push_back(static_cast<int>(document["nodes"].size()));
-           document["nodes"].push_back(json::object());
+           document["nodes"].push_back(Json::object());
          }
          document["nodes"][0]["children"] = children;
          return as_glb(document, geometry);
        }},
       {"JointOfManyLimits", "/physicsJoints/0/limits", "entries; the most that is read is 100",
        [] {
-         json document = example();
-         repeat(document[json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 10'000);
+         Json document = example();
+         repeat(document[Json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 10'000);
          return as_gltf(document);
        }},
       {"JointsMany", "", "",
        [] {
-         json document = example();
-         repeat(document[json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 99);
+         Json document = example();
+         repeat(document[Json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 99);
          for (int i = 0; i < 5000; ++i) {
            document["nodes"][1]["children"].push_back(document["nodes"].size());
            document["nodes"].push_back(document["nodes"][2]);
@@ -297,13 +297,13 @@ const std::vector<Case>& cases() {
        [] { return crafted_with("/nodes/1/name = \"" + std::string(1'000'000, 'n') + '"'); }},
       {"NameOfManyPieces", "/meshes/0/name", "the longest name",
        [] {
-         json document = edited("/meshes/0/name = \"" + std::string(300'000, 'n') + '"');
+         Json document = edited("/meshes/0/name = \"" + std::string(300'000, 'n') + '"');
          repeat(document["meshes"][0]["primitives"], 9000);
          return as_gltf(document);
        }},
       {"PiecesDrawnOften", "/nodes/", "pieces are to be drawn",
        [] {
-         json document = edited("/scenes =; /scene =");
+         Json document = edited("/scenes =; /scene =");
          repeat(document["meshes"][0]["primitives"], 9000);
          for (int i = 0; i < 9000; ++i) document["nodes"].push_back({{"mesh", 0}});
          return as_gltf(document);
@@ -313,7 +313,7 @@ const std::vector<Case>& cases() {
       {"SkinsWorn", "", "", [] { return skinned_glb(ball(1000), 50, 100); }},
       {"BuffersAreTheFileItself", "", "",
        [] {
-         json document = example();
+         Json document = example();
          for (int i = 0; i < 20'000; ++i)
            document["buffers"].push_back({{"byteLength", 1}, {"uri", "crafted.gltf"}});
          return as_gltf(document);
@@ -336,7 +336,7 @@ const std::vector<Case>& cases() {
       {"MeshesDroppedOften", "/nodes/", "the meshes to drop",
        [] {
          Geometry geometry = grid(100);
-         json document = document_of(geometry);
+         Json document = document_of(geometry);
          document.erase("extensionsUsed");
          for (int i = 0; i < 5000; ++i) document["nodes"].push_back({{"mesh", 0}});
          return as_glb(document, geometry);

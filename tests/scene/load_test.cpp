@@ -14,7 +14,7 @@
 namespace substep {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -75,7 +75,7 @@ TEST(LoadScene, ReadsTheExample) {
 
 TEST(LoadScene, JointSilencesStaticCollidersOfItsNodeAlone) {
   // The nail gets a collider, a post above it, a head below it beside the crate, and a sibling.
-  const json document = edited(R"(
+  const Json document = edited(R"(
     /nodes/3/$/collider/geometry/shape = 1; /nodes/3/children = [10, 1];
     /nodes/8/$/collider/geometry/shape = 1; /nodes/8/name = "post"; /nodes/8/children = [3, 9];
     /nodes/9/$/collider/geometry/shape = 1; /nodes/9/name = "sibling";
@@ -128,7 +128,7 @@ TEST(LoadScene, KeepsGivenNormals) {
 }
 
 TEST(LoadScene, GlbMatchesGltf) {
-  json document = example();
+  Json document = example();
   const Scene from_gltf = load(document);
   document["buffers"][0].erase("uri");
   const TemporaryFolder folder;
@@ -145,12 +145,12 @@ TEST(LoadScene, GlbMatchesGltf) {
 TEST(LoadScene, ReadsBuffersWithEncodedNames) {
   const TemporaryFolder folder;
   folder.write("parts/a cübe.bin", cube_buffer());
-  const json document = edited(R"(/buffers/0/uri = "parts/a%20c%C3%BCbe.bin")");
+  const Json document = edited(R"(/buffers/0/uri = "parts/a%20c%C3%BCbe.bin")");
   EXPECT_EQ(load_scene(folder.write("example.gltf", document.dump())).bodies.size(), 3u);
 }
 
 TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
-  const json document = edited(R"(/buffers/0/uri = "cube.bin")");
+  const Json document = edited(R"(/buffers/0/uri = "cube.bin")");
   const TemporaryFolder folder;
   folder.write("cube.bin", cube_buffer());
   const auto file = folder.write("example.gltf", document.dump());
@@ -304,7 +304,7 @@ TEST(LoadScene, KinematicBodyKeepsVelocity) {
 }
 
 TEST(LoadScene, BodyFrameFollowsPrincipalAxes) {
-  const json document = one_body(
+  const Json document = one_body(
       R"({"mass": 1, "centerOfMass": [1, 2, 3], "inertiaDiagonal": [1, 2, 4],
           "inertiaOrientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
           "linearVelocity": [1, 0, 0], "angularVelocity": [0, 1, 0], "gravityFactor": -0.5})",
@@ -393,7 +393,7 @@ TEST(LoadScene, ReadsEachCombineMode) {
                                                            {"multiply", Combine::multiply}};
   for (const auto& [friction, friction_mode] : modes) {
     for (const auto& [restitution, restitution_mode] : modes) {
-      const json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
+      const Json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
       const ContactMaterial read =
           load(edited("/$/physicsMaterials/0 = " + material.dump())).colliders[1].material;
       EXPECT_EQ(read.friction_combine, friction_mode) << friction;
@@ -446,7 +446,7 @@ TEST(LoadScene, ColliderTakesMesh) {
 }
 
 TEST(LoadScene, ReadsShapesOfGltf21) {
-  const json document = edited(R"(/asset/version = "2.1"; /extensions/KHR_implicit_shapes =;
+  const Json document = edited(R"(/asset/version = "2.1"; /extensions/KHR_implicit_shapes =;
     /extensionsUsed = ["KHR_physics_rigid_bodies"]; /extensionsRequired = ["KHR_physics_rigid_bodies"];
     /shapes = [{"type": "plane"}, {"type": "box", "box": {"size": [1, 1, 1]}},
                {"type": "convex", "convex": {"mesh": 0}}, {"type": "concave", "concave": {"mesh": 0}}];
@@ -519,7 +519,7 @@ TEST(LoadScene, ReadsTexturesOfMaterial) {
 TEST(LoadScene, ReadsImagesInFolderAlone) {
   const TemporaryFolder folder;
   folder.write("wood.png", "\x89PNG\r\n\x1a\n");
-  const json document = edited(R"(/images = [{"uri": "wood.png"}]; /textures = [{"source": 0}];
+  const Json document = edited(R"(/images = [{"uri": "wood.png"}]; /textures = [{"source": 0}];
     /materials/0/pbrMetallicRoughness/baseColorTexture/index = 0)");
   const std::filesystem::path file = folder.write("scene.gltf", document.dump());
   const Scene scene = load_scene(file);
@@ -535,7 +535,7 @@ TEST(LoadScene, ReadsImagesInFolderAlone) {
 TEST(LoadScene, FileWithoutPhysicsStandsStill) {
   const TemporaryFolder folder;
   EXPECT_FALSE(load_still_scene(folder.write("body.gltf", example().dump())));
-  const json document =
+  const Json document =
       edited(R"(/extensions =; /extensionsUsed =; /extensionsRequired =; /scenes =; /scene =;
     /nodes = [{"mesh": 0, "translation": [1, 2, 3]}])");
   const std::filesystem::path file = folder.write("mesh.gltf", document.dump());
