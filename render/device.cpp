@@ -92,7 +92,7 @@ void Device::use_surface(const Surface& surface, const std::array<BoundTexture, 
   glUniform4fv(glGetUniformLocation(program, "sight"), 1, glm::value_ptr(sight));
   glUniform1f(glGetUniformLocation(program, "is_behind"), is_behind ? 1.0F : 0.0F);
   set_surface(program, surface, textures);
-  if (wanted.may_discard || surface.has_back) {
+  if (wanted.may_discard || surface.is_double_sided) {
     glDisable(GL_CULL_FACE);
   } else {
     glEnable(GL_CULL_FACE);
@@ -124,7 +124,7 @@ void set_surface(GLuint program, const Surface& surface, const std::array<BoundT
   const bool is_cut = surface.opacity == Surface::Opacity::cut;
   const bool is_blended = surface.opacity == Surface::Opacity::blended;
   send("opacity", std::array<glm::vec4, 1>{glm::dvec4(surface.alpha, is_cut ? surface.cut_off : 0,
-                                                      is_blended ? 1 : 0, surface.has_back ? 1 : 0)});
+                                                      is_blended ? 1 : 0, surface.is_double_sided ? 1 : 0)});
   const bool has_normals = surface.textures[Surface::normal_texture].image >= 0;
   glUniform2f(glGetUniformLocation(program, "strengths"),
               has_normals ? static_cast<float>(surface.normal_scale) : 0.0F,

@@ -117,7 +117,7 @@ int GlbWriter::add_material(const Surface& surface, const Scene& scene) {
   Json finish = {{"baseColorFactor", {red, green, blue, surface.alpha}},
                  {"metallicFactor", surface.metallic},
                  {"roughnessFactor", surface.roughness}};
-  Json material = {{"doubleSided", surface.has_back}};
+  Json material = {{"doubleSided", surface.is_double_sided}};
   if (surface.opacity == Surface::Opacity::cut) {
     material["alphaMode"] = "MASK";
     material["alphaCutoff"] = surface.cut_off;

@@ -44,7 +44,7 @@ const Tables& tables() {
   return made;
 }
 
-constexpr int one_surface = 255;
+constexpr int one_surface = 255;  // all four samples are of a body and have the first one's colour
 
 /// A sample by its pixel and its number in the pixel.
 struct Sample {
@@ -89,15 +89,15 @@ void fold_rows(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t*
 }
 
 /// Finds the pixels of a row whose neighbourhood is one surface of nearly one colour, or has no bodies.
-class EvenPixels {
+class UniformPixels {
  public:
-  explicit EvenPixels(const RenderedPixels& rendered)
+  explicit UniformPixels(const RenderedPixels& rendered)
       : rendered_(rendered), width_(std::size_t{4} * rendered.width), columns_(width_ + 8) {
     for (std::vector<std::uint8_t>& bytes : blocks_) bytes.resize(width_);
   }
 
-  /// Prepares is() for these pixels of this row.
-  void look_at(int y, int first, int end) {
+  /// Prepares is_uniform() for these pixels of this row.
+  void prepare(int y, int first, int end) {
     using Byte = std::uint8_t;
     fold_around(y, first, end, least, [](Byte a, Byte b) { return std::min(a, b); });
     fold_around(y, first, end, most, [](Byte a, Byte b) { return std::max(a, b); });
@@ -105,9 +105,9 @@ class EvenPixels {
     fold_around(y, first, end, any, [](Byte a, Byte b) { return static_cast<Byte>(a | b); });
   }
 
-  bool is(std::size_t x) const {
+  bool is_uniform(std::size_t x) const {
     if (blocks_[any][4 * x + 3] == 0) return true;
-    constexpr int nearly = 16;  // an edge between such codes would be smoothed by 2 of them
+    constexpr int nearly = 16;  // smoothing an edge between such codes changes a pixel by at most 2 codes
     const auto is_even = [&](std::size_t i) { return blocks_[most][i] - blocks_[least][i] <= nearly; };
     return blocks_[all][4 * x + 3] == one_surface && is_even(4 * x) && is_even(4 * x + 1) &&
            is_even(4 * x + 2);
@@ -140,7 +140,7 @@ class EvenPixels {
 
 /// Copies pixels of a row, from `begin` up to the one before `end`, without their alpha.
 void copy_colors(const std::uint8_t* rgba, int begin, int end, std::uint8_t* rgb) {
-  // Four bytes at once are cheaper than three: the next pixel follows.
+  // Four bytes at once are cheaper than three: the next pixel overwrites the fourth.
   for (int x = begin; x + 1 < end; ++x) std::memcpy(rgb + 3 * x, rgba + 4 * x, 4);
   if (begin < end) std::memcpy(rgb + 3 * (end - 1), rgba + 4 * (end - 1), 3);
 }
@@ -234,17 +234,17 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
 
 Image resolved(const RenderedPixels& rendered) {
   Image image(rendered.width, rendered.height);
-  EvenPixels even(rendered);
+  UniformPixels uniform(rendered);
   const std::vector<BodySpan> spans = body_spans(rendered);
   for (int y = 0; y < rendered.height; ++y) {
     const BodySpan bodies = touched(spans, y, rendered.width);
-    if (rendered.samples == 2) even.look_at(y, bodies.begin, bodies.end);
+    if (rendered.samples == 2) uniform.prepare(y, bodies.begin, bodies.end);
     const std::size_t row = std::size_t{1} * y * rendered.width;
     std::uint8_t* const to = image.pixel(0, rendered.height - 1 - y);
     copy_colors(&rendered.ground[4 * row], 0, bodies.begin, to);
     copy_colors(&rendered.ground[4 * row], bodies.end, rendered.width, to);
     for (int x = bodies.begin; x < bodies.end; ++x) {
-      if (rendered.samples == 1 || even.is(x)) {
+      if (rendered.samples == 1 || uniform.is_uniform(x)) {
         const auto& colors = bits_of(rendered, row + x) == 0 ? rendered.ground : rendered.first;
         std::memcpy(to + 3 * x, &colors[4 * (row + x)], 3);
       } else {

@@ -44,18 +44,18 @@ Image strobe(const Scene& scene, const RenderSettings& settings,
   finer.antialiasing = false;
   check(finer);
   Renderer renderer(scene, settings, moments);
-  Renderer outlines(scene, finer, moments);
+  Renderer masks(scene, finer, moments);
   const Image last = renderer.draw(moments.back());
   Image image = last;
   constexpr double faintest = 0.3;
   constexpr double strongest = 0.8;
   const std::size_t earlier = moments.size() - 1;
   for (std::size_t k = 0; k < earlier; ++k) {
-    const double late = earlier == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(earlier - 1);
-    lay(image, renderer.draw(moments[k]), outlines.draw_bodies(moments[k]),
-        faintest + late * (strongest - faintest));
+    const double position = earlier == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(earlier - 1);
+    lay(image, renderer.draw(moments[k]), masks.draw_bodies(moments[k]),
+        faintest + position * (strongest - faintest));
   }
-  lay(image, last, outlines.draw_bodies(moments.back()), 1);
+  lay(image, last, masks.draw_bodies(moments.back()), 1);
   return image;
 }
 

@@ -33,7 +33,8 @@ std::string approved_track_hash(const CaseContext& work) {
                                             : to_bytes(*work.live_track));
 }
 
-/// Returns true where all golden pictures equal the pictures drawn here, which the sidecar's notes require.
+/// Returns true where all golden pictures equal the pictures drawn here: only then may the sidecar be
+/// rewritten.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
   return (images.empty() || work.is_exact_here()) && std::ranges::all_of(images, [](const auto& image) {
@@ -43,7 +44,7 @@ bool draws_its_goldens(const CaseContext& work) {
 
 /// Returns true where sidecar and track of a case that passes agree with its run.
 bool is_up_to_date(const CaseContext& work) {
-  // A run within its tolerance is no reason for other notes.
+  // A run within its tolerance is no reason to rewrite the sidecar.
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
   return work.sidecar.scene_hash == hash_text(work.scene.hash) &&
          work.sidecar.parts == scene_parts(work.scene) &&
@@ -63,7 +64,7 @@ void write_motion_page(CaseContext& work) {
   for (int k = 0; k <= result.entry.frames; ++k) comparison.times.push_back(k * result.entry.settings.step);
   for (const Track::Frame& frame : work.golden_track->frames) {
     if (frame.poses.size() != work.scene.bodies.size())
-      return work.note("no page plays it beside its golden run, which is of other bodies");
+      return work.note("no motion page: the golden run has other bodies");
     if (golden.poses.size() < comparison.times.size()) golden.poses.push_back(frame.poses);
   }
   golden.known = golden.poses.size();
@@ -107,7 +108,7 @@ PoseLog foreign_log(const CaseContext& work, Tracker& tracker) {
   return log;
 }
 
-/// Returns the log of a run by an algorithm.
+/// Returns the log of a run by one of our algorithms.
 PoseLog own_log(const CaseContext& work, Tracker& tracker) {
   const SuiteCase& entry = work.result.entry;
   Simulation simulation(work.scene, entry.settings);
@@ -208,7 +209,7 @@ void check_poses(CaseContext& work) {
     poses.motion = compare_motion(work.golden_motion(), work.live_motion(), entry.pose_tolerance);
   } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
     poses.motion.judgement = PoseJudgement::differs;
-    work.note("the golden log's poses are not those that its hashes are of: it was edited");
+    work.note("the golden log's poses do not match its hashes: it was edited");
   }
   poses.passes = passes(poses.motion.judgement);
   if (poses.motion.judgement == PoseJudgement::within) {
@@ -216,7 +217,7 @@ void check_poses(CaseContext& work) {
                           poses.motion.first.frame));
   }
   if (poses.motion.judgement == PoseJudgement::exact && !poses.difference.headers.empty()) {
-    work.note("same states, but other headers: " + one_line(poses.difference.headers));
+    work.note("same states, but the pose log's header differs: " + one_line(poses.difference.headers));
   }
 }
 
@@ -252,9 +253,9 @@ CaseResult CaseChecker::check(const SuiteCase& entry) {
     if (!entry.images.empty()) check_images(work);
     decide(work);
     write_motion_page(work);
-    const bool is_complete =
+    const bool has_nothing_to_approve =
         result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
-    if (!is_complete) result.refusal = prepare_approval(work);
+    if (!has_nothing_to_approve) result.refusal = prepare_approval(work);
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return std::move(result);
   } catch (const std::bad_alloc&) {

@@ -143,12 +143,12 @@ void check_image(int frame, const Drawing& drawn, const Drawing& fresh, CaseCont
 /// Draws old and new poses frame by frame, through one camera, until a pixel differs.
 void find_visible(CasePainter& painter, CaseContext& work) {
   PoseResult& poses = work.result.poses;
-  poses.visible_is_fact = true;
+  poses.visible_frame_is_certain = true;
   for (int k = poses.motion.first.frame; k < std::min(poses.frames, poses.golden_frames); ++k) {
     const PosePair pair = poses_at(work.golden_motion(), work.live_motion(), k);
     const bool can_draw =
         pair.golden.size() == work.scene.bodies.size() && pair.actual.size() == work.scene.bodies.size();
-    if (!can_draw) poses.visible_is_fact = false;
+    if (!can_draw) poses.visible_frame_is_certain = false;
     if (!can_draw || std::equal(pair.golden.begin(), pair.golden.end(), pair.actual.begin(), is_same_pose)) {
       continue;
     }

@@ -134,10 +134,10 @@ std::string explain_visibility(const CaseResult& result) {
     const int after = poses.visible_frame - motion.first.frame;
     text += fmt::format("  images   first other picture  frame {} (+{} frames, +{:.2f} s){}\n",
                         poses.visible_frame, after, after * result.entry.settings.step,
-                        poses.visible_is_fact ? "" : ", or in one without stored poses before it");
+                        poses.visible_frame_is_certain ? "" : ", or in one without stored poses before it");
   } else if (motion.first.frame >= 0) {
     text += fmt::format("  images   first other picture  never{}\n",
-                        poses.visible_is_fact ? "" : " in the frames whose poses are stored");
+                        poses.visible_frame_is_certain ? "" : " in the frames whose poses are stored");
   }
   return text;
 }

@@ -8,7 +8,7 @@
 ///
 /// A change of the solver fails the first alone, a change of the renderer the second alone. On the pinned
 /// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is
-/// blamed on the environment.
+/// reported as Verdict::environment.
 ///
 /// The verdict of a case that fails because its inputs changed names the input: the scene's file, the loaded
 /// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
@@ -33,7 +33,7 @@
 
 namespace substep::golden {
 
-/// A comparison of two pictures. `flip` and `blame` where they differ and have one size.
+/// A comparison of two pictures. `flip` and `blame` are set where the pictures differ and have the same size.
 struct PictureComparison {
   ImageComparison image;
   std::optional<Flip> flip;
@@ -46,8 +46,8 @@ struct PoseResult {
   PoseDifference difference;
   MotionComparison motion;
   int visible_frame = -1;  ///< first whose pictures of old and new poses differ; −1: none, or not drawn
-  bool visible_is_fact = false;  ///< whether all frames up to it could be drawn
-  int frames = 0;                ///< of the live run, frame 0 included
+  bool visible_frame_is_certain = false;  ///< whether all frames up to it could be drawn
+  int frames = 0;                         ///< of the live run, frame 0 included
   int golden_frames = 0;
   std::string end;  ///< how the live run ended: pose_log.h
   int bodies = 0;   ///< in the live run, but for the world
@@ -56,9 +56,9 @@ struct PoseResult {
 struct ImageResult {
   int frame = 0;
   bool has_golden = false;
-  bool is_drawn = false;  ///< from the golden poses
+  bool is_drawn = false;  ///< whether the golden poses could be drawn
   bool passes = false;
-  bool is_blank = false;
+  bool is_blank = false;  ///< whether the golden picture is
   /// Golden poses, this renderer, against the golden picture.
   std::optional<PictureComparison> against_golden;
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
@@ -67,7 +67,7 @@ struct ImageResult {
 /// Two pictures for a person to compare, and a picture of their difference: files in the case's folder, empty
 /// where missing.
 struct PicturePair {
-  enum class About { renderer, simulation, first_visible, only };
+  enum class About { renderer, simulation, first_visible, only };  ///< `only`: a picture without a golden
   About about = About::renderer;
   int frame = 0;
   std::string expected;
@@ -107,14 +107,15 @@ struct CheckOptions {
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are reported
 };
 
-/// Functions that a check calls: before each case as it begins, after the cases in the suite's order.
+/// Functions that a check calls: `before_case` as each case begins, `after_case` once for each case, in the
+/// suite's order.
 struct CheckWatcher {
   std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
   std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
 };
 
-/// Checks the cases in processes of their own, one for every processor. A case that crashes or exceeds its
-/// limit of time is an error, and another process checks the next. Returns the content of results.json. Call
+/// Checks the cases in worker processes, one for each processor. A case that crashes or exceeds its limit of
+/// time is an error, and a new worker goes on with the next case. Returns the content of results.json. Call
 /// it before drawing and without other threads, since the process forks. Throws Error when the suite cannot
 /// be read, another check writes to the same folder, or there is no renderer.
 nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);

@@ -49,7 +49,7 @@ Json to_json(const PoseResult& poses) {
   json["largest_orientation"] = poses.difference.largest_orientation;
   json["headers"] = poses.difference.headers;
   json["visible_frame"] = poses.visible_frame;
-  json["visible_is_fact"] = poses.visible_is_fact;
+  json["visible_frame_is_certain"] = poses.visible_frame_is_certain;
   json["motion"] = {{"judgement", name(motion.judgement)},
                     {"first_frame", motion.first.frame},
                     {"body", motion.first.body},
@@ -81,7 +81,7 @@ Json to_json(const PicturePair& pair) {
           {"comparison", to_json(pair.comparison)}};
 }
 
-/// Returns the path of `file`, which lies below `folder`, from there.
+/// Returns the path of `file` relative to `folder`, which contains it.
 std::string below(const fs::path& file, const fs::path& folder) {
   return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }
@@ -202,7 +202,7 @@ void CheckOutput::start(const CheckPlan& plan) {
 
 void CheckOutput::add_case(const Json& entry) {
   results_["cases"].push_back(entry);
-  // Results on disk are at most a second old.
+  // Write at most once a second, since a suite has many short cases.
   if (now() - last_written_ >= 1) write();
 }
 

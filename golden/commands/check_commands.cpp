@@ -43,7 +43,7 @@ void print_outcome(const Json& results, const std::filesystem::path& output) {
   }
   print_notes_of_passing(results);
   fmt::print("{}\n", results.at("totals").get<std::string>());
-  fmt::print("report: {}\nfigures: {} {}\n", report_file(output).string(), results_file(output).string(),
+  fmt::print("report: {}\nresults: {} {}\n", report_file(output).string(), results_file(output).string(),
              junit_file(output).string());
 }
 
@@ -89,7 +89,9 @@ void add_check_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--case", options->cases,
                       "Only these: box_stack.a4, or box_stack for all of that scene");
-  command->add_option("--output", options->output, "Folder for what a person wants to see of a failing case")
+  command
+      ->add_option("--output", options->output,
+                   "Folder for the report, the results and the files of failing cases")
       ->capture_default_str();
   command->footer(
       "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
@@ -103,7 +105,7 @@ void add_check_command(CLI::App& app) {
 
 void add_approve_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
-      "approve", "Make what the last check produced the new goldens, after you looked at it");
+      "approve", "Replace goldens with the last check's results, after you looked at them");
   const auto options = std::make_shared<ApproveOptions>();
   command->add_option("cases", options->cases, "Names of cases: box_stack.a4");
   command->add_flag("--failed", options->all_failed, "All cases that did not pass");

@@ -48,8 +48,8 @@ std::vector<fs::path> scene_files(const fs::path& project) {
   return files;
 }
 
-/// Returns the scene's [[case]], of its whole duration in tens of frames, at most `longest`. Throws Error
-/// with the reason where the scene cannot be a case.
+/// Returns the scene's [[case]]. Its frames are the scene's duration rounded down to a multiple of
+/// `full_every`, at most `longest`. Throws Error with the reason where the scene cannot be a case.
 std::string case_of(const fs::path& file, const std::string& shown) {
   if (!is_case_name(file.stem().string())) throw Error("its name must be of letters, digits, _ and -");
   const Scene scene = load_scene(file);
@@ -63,8 +63,8 @@ std::string case_of(const fs::path& file, const std::string& shown) {
 }
 
 constexpr const char* suite_start =
-    R"(# What is watched: each [[case]] is a scene with a run. `substep check` compares with the goldens beside this file,
-# `substep approve` makes them what they are. golden/suite/suite.h of substep explains every key.
+    R"(# What is watched: each [[case]] is a scene and how it is run. `substep check` compares with the goldens beside this
+# file, `substep approve` replaces them with the last check's results. golden/suite/suite.h of substep explains every key.
 
 [defaults]
 full_every = 10          # the pose log has the poses of every 10th frame; pictures are of such frames
@@ -77,7 +77,8 @@ time_limit = 120         # s, for checking a case
 # pose_tolerance = {{ position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }}
 )";
 
-constexpr const char* own_origin = R"(algorithms = ["a5"]      # any of a1 to a5: each is a case of its own)";
+constexpr const char* own_run_line =
+    R"(algorithms = ["a5"]      # any of a1 to a5: each is a case of its own)";
 
 /// Returns the words of a command line, in which "…" quotes.
 Command words_of(const std::string& line) {
@@ -87,8 +88,9 @@ Command words_of(const std::string& line) {
   return words;
 }
 
-/// Returns the line of [defaults] that runs the command: its files are in the project, the suite in golden.
-std::string origin_of(const std::string& command, const fs::path& project) {
+/// Returns the line of [defaults] that runs the command. Files of the project in it get "../", since it runs
+/// in golden/.
+std::string run_line_of(const std::string& command, const fs::path& project) {
   nlohmann::ordered_json words = words_of(command);
   for (nlohmann::ordered_json& word : words) {
     const fs::path file = word.get<std::string>();
@@ -104,14 +106,14 @@ What the scenes of `suite.toml` did when somebody last looked and found it good.
     substep check                                   # compares; a new case has no golden yet
     substep approve --failed --reason "why"         # after you looked at out/check/report.html
 
-When the check fails in CI, download its `report` and open `report.html` in it. Where the change is meant, run the workflow by
-hand on that branch, with the names of the cases and the reason; or approve here what you saw, with `--output report`.
+When the check fails in CI, download its `report` and open `report.html` in it. If the change is intended, run the workflow
+by hand on that branch, with the names of the cases and the reason; or approve here what you saw, with `--output report`.
 )";
 
 constexpr const char* workflow =
-    R"(# The goldens, checked at every push; the report is an artifact of the run, whatever its outcome. A run by hand approves
-# cases and commits them. A check may only read the repository, so that a fork's pull request gets no token that writes. Only
-# the run by hand may write, and only who may push can start it.
+    R"(# The goldens, checked at every push; the report is an artifact of the run, whatever its outcome. A run started by hand
+# approves cases and commits their goldens. A check may only read the repository, so that a fork's pull request gets no token
+# that writes. Only the run by hand may write, and only people who may push can start it.
 name: goldens
 on:
   push:
@@ -119,7 +121,7 @@ on:
   workflow_dispatch:
     inputs:
       cases: {{ description: "names of cases, as in the report", required: true }}
-      reason: {{ description: "why they are right now", required: true }}
+      reason: {{ description: "why the new goldens are right", required: true }}
 permissions: {{ contents: read }}
 jobs:
   check:
@@ -161,16 +163,17 @@ NewSuite new_suite(const InitOptions& options) {
   NewSuite suite;
   const bool is_own = options.command.empty();
   if (!is_own && options.command.find("{poses}") == std::string::npos)
-    throw Error("--command: {poses} must stand for the table that the simulator writes");
+    throw Error(
+        "--command: {poses} is missing: write it where the simulator takes the name of its output table");
   std::string text =
-      fmt::format(fmt::runtime(suite_start), is_own ? own_origin : origin_of(options.command, project));
+      fmt::format(fmt::runtime(suite_start), is_own ? own_run_line : run_line_of(options.command, project));
   std::map<std::string, std::string> names;
   for (const fs::path& file : scene_files(project)) {
     const std::string shown = file.lexically_relative(project).generic_string();
     try {
       const std::string entry = case_of(file, shown);
       const auto [known, is_new] = names.emplace(file.stem().string(), shown);
-      if (!is_new) throw Error(fmt::format("{} has its name", known->second));
+      if (!is_new) throw Error(fmt::format("{} already has this name", known->second));
       text += "\n" + entry;
     } catch (const Error& error) {
       suite.others.push_back(fmt::format("{}: {}", shown, error.what()));
@@ -211,7 +214,7 @@ void init(const InitOptions& options) {
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
   if (suite.files.back().first != ".gitignore") fmt::print("  echo /out/ >> .gitignore\n");
   fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
-  fmt::print("and in .github/workflows/goldens.yml put the owner of the repository with substep for OWNER\n");
+  fmt::print("and in .github/workflows/goldens.yml replace OWNER by the owner of the substep repository\n");
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 /// The order of judgement; the first rule that applies decides:
 ///
 ///  1. exact       every frame has the golden hash, and the stored poses are those of the hashes;
-///  2. exact only  without a tolerance anything else fails: the rule for our own scenes;
-///  3. end         the runs must have as many frames and end alike;
+///  2. not exact   without a tolerance any difference fails: the rule for our own scenes;
+///  3. end         the runs must have equally many frames and end alike;
 ///  4. poses       until the pairs of bodies that touch differ for the first time, every body must be within
 ///                 `position` and `orientation` of the golden one;
 ///  5. invariants  from there on two right runs need not agree any more, for contacts multiply the smallest
@@ -24,7 +24,7 @@ namespace substep::golden {
 struct PoseTolerance {
   double position = 1e-4;     ///< m
   double orientation = 1e-3;  ///< rad
-  double energy = 0.02;       ///< of the largest energy in the golden run, relative
+  double energy = 0.02;       ///< fraction of the golden run's largest energy
   double penetration = 1e-3;  ///< m
   int resting = 1;            ///< bodies
 };
@@ -57,10 +57,10 @@ PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int fr
 struct FirstChange {
   int frame = -1;                   ///< first with another state, −1: none
   std::vector<std::string> bodies;  ///< those whose state changed in it; empty: not known without a track
-  std::string body;                 ///< of these (or of all) the one that then differs most
-  char axis = ' ';                  ///< 'x' 'y' 'z' of its position, 'r' orientation, ' ' only velocities
-  double size = 0;                  ///< m, or rad for 'r'
-  int size_frame = -1;              ///< where that was measured: `frame`, or the next with poses that differ
+  std::string body;     ///< the one of `bodies`, or of all if empty, that differs most at `size_frame`
+  char axis = ' ';      ///< 'x' 'y' 'z' of its position, 'r' orientation, ' ' only velocities
+  double size = 0;      ///< m, or rad for 'r'
+  int size_frame = -1;  ///< where that was measured: `frame`, or the next with poses that differ
 };
 
 struct MotionComparison {

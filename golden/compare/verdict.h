@@ -43,7 +43,7 @@ inline std::string_view name(Verdict verdict) {
   return verdict_names[static_cast<std::size_t>(verdict)];
 }
 
-/// Returns the verdict of a name; error where there is none.
+/// Returns the verdict of a name; Verdict::error for an unknown name.
 inline Verdict verdict_named(std::string_view name) {
   const auto found = std::ranges::find(verdict_names, name);
   return found == verdict_names.end() ? Verdict::error : static_cast<Verdict>(found - verdict_names.begin());

@@ -28,7 +28,7 @@ std::string algorithm_of(const Json& entry) {
 }
 
 /// Returns which cases fail: "all cases of a3, no others".
-std::string common_part(const std::vector<const Json*>& failing, const Json& checked) {
+std::string which_cases(const std::vector<const Json*>& failing, const Json& checked) {
   if (failing.size() == checked.size()) return "all cases";
   std::set<std::string> algorithms;
   std::set<std::string> scenes;
@@ -53,11 +53,11 @@ std::string first_frames(const std::vector<const Json*>& failing) {
   frames.erase(-1);
   if (frames.empty()) return {};
   if (frames.size() == 1) return fmt::format(", from frame {} on", *frames.begin());
-  return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
+  return fmt::format(", first differing at frames {} to {}", *frames.begin(), *frames.rbegin());
 }
 
-/// Returns a key that separates the groups of one verdict. All cases that a change of the program
-/// fails are one group, and so are cases with the same change of input.
+/// Returns a key that separates the groups of one verdict. All cases that fail by a change of the program are
+/// one group, and so are cases with the same change of input.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   const auto cause = entry.at("cause").get<std::string>();
@@ -134,7 +134,7 @@ std::vector<FailureGroup> failure_groups(const Json& results) {
     std::vector<FailureGroup> found;
     for (auto& [key, cases] : by_origin) {
       std::ranges::stable_sort(cases, {}, [](const Json* e) { return e->at("poses").value("bodies", 0); });
-      const std::string which = common_part(cases, checked) + first_frames(cases);
+      const std::string which = which_cases(cases, checked) + first_frames(cases);
       found.push_back({std::string(verdict), fmt::format("{}{}{}", key, key.empty() ? "" : ", ", which),
                        std::move(cases)});
     }

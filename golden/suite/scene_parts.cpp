@@ -71,11 +71,11 @@ std::string joint_digest(const Joint& joint) {
   return text_of(digest);
 }
 
-/// Adds the appearance to the digest; nothing for a surface with a colour and finish alone.
+/// Adds the appearance to the digest; nothing for a surface with only base colour, metallic and roughness.
 void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
                     const VertexAttributes& attributes) {
-  const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
-  if (shines) digest.add(surface.emission);
+  const bool is_emissive = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
+  if (is_emissive) digest.add(surface.emission);
   if (surface.is_unlit) digest.add(true);
   if (surface.opacity != Surface::Opacity::opaque) {
     digest.add(surface.opacity, surface.alpha, surface.cut_off);
@@ -130,6 +130,7 @@ std::string light_and_camera(const Scene& scene) {
   if (scene.sun) light.add(scene.sun->direction, scene.sun->illuminance, scene.sun->color);
   for (const Light& other : scene.lights) {
     light.add(other.position, other.direction, other.intensity, other.color);
+    light.add(static_cast<std::uint8_t>(other.kind), other.range, other.inner_angle, other.outer_angle);
   }
   return text_of(camera) + text_of(light);
 }
@@ -141,8 +142,8 @@ struct Kind {
   bool moves;
   bool is_drawn;
 };
-constexpr std::array<Kind, 5> body_kinds{{{"mass", "mass or inertia", true, false},
-                                          {"start", "start", true, true},
+constexpr std::array<Kind, 5> body_kinds{{{"mass", "mass, inertia or gravity factor", true, false},
+                                          {"start", "initial pose or velocity", true, true},
                                           {"shapes", "collider", true, true},
                                           {"contact", "contact material or filter", true, false},
                                           {"drawn", "mesh or colour", false, true}}};
@@ -217,8 +218,8 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
     const std::string before = noted.value(kind.key, std::string());
     const std::string after = here.at(kind.key);
     if (before.size() != after.size()) {
-      add(kind,
-          fmt::format("{}: {} there, {} here", kind.text, before.size() / digits, after.size() / digits));
+      add(kind, fmt::format("{}: {} in the golden, {} now", kind.text, before.size() / digits,
+                            after.size() / digits));
     } else if (before != after) {
       add(kind, fmt::format("{} of {}", kind.text, listed(differing(before, after, items))));
     }
@@ -227,8 +228,8 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
   bodies.front() = "the world";
   std::vector<std::string> before = names.empty() ? bodies : names;
   before.front() = bodies.front();
-  compare({"world", "gravity or step", true, false}, {"the scene"});
-  compare({"view", "placement or strength", false, true}, {"camera", "light"});
+  compare({"world", "gravity, step or gyroscopic term", true, false}, {"the scene"});
+  compare({"view", "pose, field of view, brightness or colour", false, true}, {"camera", "light"});
   if (noted.value("mass", std::string()).size() == bodies.size() * digits) {
     for (const Kind& kind : body_kinds) compare(kind, bodies);
   } else {
@@ -238,7 +239,7 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
     if (!gone.empty()) add(kind, "gone: " + listed(gone));
     if (!added.empty()) add(kind, "new: " + listed(added));
     if (gone.empty() && added.empty())
-      add(kind, fmt::format("{} bodies there, {} here", before.size() - 1, bodies.size() - 1));
+      add(kind, fmt::format("{} bodies in the golden, {} now", before.size() - 1, bodies.size() - 1));
   }
   compare({"joints", "joint", true, false}, names_of(scene.joints));
   return result;

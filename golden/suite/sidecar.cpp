@@ -121,11 +121,12 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
   if (!sidecar.is_there) return text;
   const Json mine = to_json(here);
   for (const char* key : {"renderer", "compiler", "processor"}) {
-    // A suite without pictures has no renderer.
-    const auto here_too = mine.at(key).get<std::string>();
+    const auto here_value = mine.at(key).get<std::string>();
     const std::string golden = sidecar.made_with.value(key, std::string());
-    if (golden == here_too || here_too.empty()) continue;
-    text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, golden, here_too);
+    // Skip the renderer where the suite has no pictures.
+    if (golden == here_value || here_value.empty()) continue;
+    text +=
+        fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, golden, here_value);
   }
   return text;
 }

@@ -8,7 +8,7 @@
 ///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
 ///     size = [320, 180]               # of the pictures, pixels
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
-///     renderer = "pinned"             # or "any": pictures are exact on the renderer that approved them
+///     renderer = "pinned"             # or "any": pictures are exact on the renderer that drew them
 ///     time_limit = 120                # s: a case that takes longer to check is an error
 ///     tolerance = { hard = 64, level = 3, count = 20 }   # of pictures: image_comparison.h
 ///
@@ -32,14 +32,15 @@
 ///     poses = "../out/arm.csv"        # a pose table; not in [defaults]
 ///
 /// A case has the keys of [defaults], overridden by its own. Without a `pose_tolerance` (motion_comparison.h)
-/// poses must be the golden ones bit for bit. A run made elsewhere reads of the settings step, iterations and
-/// substeps; a table is compared up to `frames` or its end. Commands of several cases may run at once.
+/// poses must be the golden ones bit for bit. Of the settings, a run made elsewhere uses only step,
+/// iterations and substeps; a table is compared up to `frames` or its end. Commands of several cases may run
+/// at once.
 ///
 /// A case is named after its scene file and algorithm, or the file that its command runs, or its table:
 /// box_stack.a4, box_stack.arm. A second [[case]] of the same names needs a `variant = "stable"`:
 /// box_stack.a4-stable. The goldens stand beside the suite file:
 /// poses/<scene>/<algorithm>.poses and .track, images/<scene>/<algorithm>.f0060.png and
-/// images/<scene>/<algorithm>.json. So a folder of any other project with a suite.toml is a suite of its own.
+/// images/<scene>/<algorithm>.json. So any folder with a suite.toml, in any project, is a suite.
 
 #include <filesystem>
 #include <optional>
@@ -58,9 +59,9 @@ namespace substep::golden {
 struct SuiteCase {
   std::string name;                            ///< "box_stack.a4"
   std::filesystem::path scene;                 ///< file
-  Settings settings;                           ///< before the scene's own: see settings_for()
+  Settings settings;                           ///< without the scene's own, which settings_for() adds
   std::vector<std::string_view> own_settings;  ///< the fields that the suite sets
-  std::string author;                          ///< name of a run made elsewhere; empty: an algorithm's
+  std::string author;                          ///< name of the other program that made the run; empty: ours
   std::filesystem::path poses;                 ///< pose table of the run; empty: `command` writes it
   Command command;
   int frames = 120;
@@ -90,10 +91,10 @@ struct Suite {
   std::filesystem::path folder() const { return file.parent_path(); }
 };
 
-/// Returns true for letters, digits, _ and - that do not begin with -: names of scenes and variants.
+/// Returns true where a name of a scene or variant has only letters, digits, _ and -, and begins with no -.
 bool is_case_name(std::string_view name);
 
-/// Returns `named`, or its suite.toml where that is a folder.
+/// Returns `named`, or `named`/suite.toml where `named` is a folder.
 std::filesystem::path suite_file(const std::filesystem::path& named);
 
 /// Reads a suite; `file` may also be a folder, see suite_file(). Throws Error with file and line for anything

@@ -225,7 +225,7 @@ LoadedRun RunInput::load(const RunEnd& end, Progress& progress) const {
     run.stem = run.stem.substr(0, run.stem.rfind(is_pose_table(file) ? ".csv" : ".poses.txt"));
     return run;
   }
-  if (scene) throw Error("--scene: is of use with a pose log or table only");
+  if (scene) throw Error("--scene: only with a pose log or table");
   run.scene = mesh.load(file);
   run.log = simulated(run.scene, solver, end, progress);
   run.stem = fmt::format("{}.{}", run.scene.name, name(run.log.settings.algorithm));

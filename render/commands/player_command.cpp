@@ -96,7 +96,7 @@ void make_pages(PlayerOptions& options) {
 
 void make_player(PlayerOptions& options) {
   if (is_site(options)) return make_pages(options);
-  if (options.films) throw Error("--films: is of use with several scenes only");
+  if (options.films) throw Error("--films: only with several scenes");
   make_page(options);
 }
 

@@ -207,11 +207,12 @@ void add_sheet_options(CLI::App& command, RenderOptions& options) {
 
 void add_stills_options(CLI::App& command, RenderOptions& options) {
   const std::vector<CLI::Option*> before = command.get_options();
-  command.add_option("--title", options.comparison.title, "What stands above all (nothing)");
+  command.add_option("--title", options.comparison.title, "Title above the pictures (default: none)");
   options.comparison.add_panels_to(command);
-  command.add_option("--width", options.width,
-                     "For print, of all: one-column (85 mm), two-columns (178 mm) or mm; --size is the "
-                     "pictures' shape then");
+  command.add_option(
+      "--width", options.width,
+      "Width of the whole figure in print: one-column (85 mm), two-columns (178 mm) or a number of "
+      "mm; --size then gives only the pictures' shape");
   command.add_option("--dpi", options.dpi, "Pixels in an inch of print")
       ->check(CLI::Range(50.0, 2400.0))
       ->capture_default_str();
@@ -232,7 +233,7 @@ void check_options(const CLI::App& command, RenderOptions& options) {
     const std::string& group = option->get_group();
     const bool is_of_another = (group == sheet_options && options.layout != "sheet") ||
                                (group == stills_options && options.layout != "stills");
-    if (is_of_another) throw Error(fmt::format("--{}: is of use {} only", name, "w" + group.substr(1)));
+    if (is_of_another) throw Error(fmt::format("--{}: only {}", name, "w" + group.substr(1)));
     const bool is_of_picture =
         name == "inputs" || name == "size" || name == "output" || name == "camera" || name == "layout";
     options.asks_for_run = options.asks_for_run || !is_of_picture;
@@ -250,11 +251,12 @@ void add_render_command(CLI::App& app) {
   command
       ->add_option("--layout", options->layout,
                    "frames: a file for each moment; strobe: all moments in one picture, the earlier the "
-                   "lighter; sheet: a labelled picture of each of several scenes; stills: a row for each "
+                   "fainter; sheet: a labelled picture of each of several scenes; stills: a row for each "
                    "panel, a column for each time")
       ->check(CLI::IsMember({"frames", "strobe", "sheet", "stills"}))
       ->capture_default_str();
-  command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all' (0)")
+  command
+      ->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all' (default: 0)")
       ->delimiter(',');
   command->add_option("--time", options->times, "Or their times in seconds: the nearest frames")
       ->delimiter(',');
@@ -264,17 +266,19 @@ void add_render_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option(
       "--size", options->size,
-      "Width and height of a picture in pixels (1280x720; 256x144 on a sheet, 640x360 of stills)");
-  command->add_option(
-      "--output", options->output,
-      "A folder (.), or for one picture a .png file (SCENE.png; sheet.png), of stills a .pdf too");
+      "Width and height of a picture in pixels (default: 1280x720; 256x144 on a sheet, 640x360 of stills)");
+  command->add_option("--output", options->output,
+                      "A folder (default: .) or, for one picture, a .png file; a sheet's default is "
+                      "sheet.png, that of stills "
+                      "SCENE.png, which may also be a .pdf");
   options->run.add_options_to(*command);
   add_sheet_options(*command, *options);
   add_stills_options(*command, *options);
   command->footer(
-      "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
+      "Frame k is the state after k steps; the simulation stops at the last frame that is asked for. A pose "
       "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
-      "stands, with its cameras; with --frame, --time or an option of the run it is dropped. A sheet shows "
+      "stands, with its cameras; with --frame, --time or an option of the run it falls onto a plane. A sheet "
+      "shows "
       "each scene at the 'poster' time of its extras, or else at half its duration.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
       "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --layout strobe --size 7200x4050\n"

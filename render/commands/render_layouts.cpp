@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a picture of the scene at its poster's time, or where it diverges before.
+/// Returns a picture of the scene at its poster's time, or where the run diverges if that is earlier.
 Image picture_of(const Scene& scene, const SolverOptions& solver, const ImageSize& size) {
   const Settings settings = solver.settings(scene);
   const double time = scene.poster.value_or(scene.duration / 2);
@@ -60,9 +60,9 @@ void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   constexpr double points = 72;  // in an inch
   sheet.text = options.text / points * options.dpi;
   const auto columns = static_cast<double>(sheet.times.size());
-  const double all = print_width_in(*options.width) / inch * options.dpi;
+  const double total_width = print_width_in(*options.width) / inch * options.dpi;
   const double gaps = gap_of(sheet) * (columns + 1);
-  sheet.width = static_cast<int>(std::floor((all - gaps) / columns));
+  sheet.width = static_cast<int>(std::floor((total_width - gaps) / columns));
   if (sheet.width < 16)
     throw Error(fmt::format("--width {}: leaves no room for {} pictures", *options.width, columns));
   sheet.height = static_cast<int>(std::lround(static_cast<double>(sheet.width) * size.height / size.width));

@@ -76,7 +76,7 @@ void make(VideoOptions& options) {
   fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
              report.cpu.drawing, report.cpu.encoding);
   fmt::print("wrote {}\n", report.written.string());
-  if (!report.film_command.empty()) fmt::print("a film of them: {}\n", report.film_command);
+  if (!report.film_command.empty()) fmt::print("to make a film of these frames: {}\n", report.film_command);
   for (const auto& file : {video.poster, video.loop}) {
     if (file) fmt::print("wrote {}\n", file->string());
   }
@@ -94,14 +94,15 @@ void add_look_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--strip", options.strips,
                   "Comma-separated, below each picture: error (from the reference), expected (what the scene "
-                  "expects), gap (the largest of a joint), depth (the deepest penetration), energy (since "
-                  "the start). Default: error where the reference holds for half of the film, else what "
-                  "there is of the others in this order")
+                  "expects), gap (the largest joint gap), depth (the deepest penetration), energy (since "
+                  "the start). Default: error where the reference holds for half of the film, else the "
+                  "first of the others, in this order, that the scene has")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command.add_flag("--freeze", options.video.freezes,
-                   "Stand still where a run first leaves the reference, by 2 % of the scene's size, with a "
-                   "ring round the body");
+  command.add_flag(
+      "--freeze", options.video.freezes,
+      "Stand still where a run first differs from the reference by more than 2 % of the scene's size, "
+      "with a ring round the body");
   command
       .add_option("--camera", options.camera,
                   "scene (its first), name:CAMERA, fit (all that moves), follow:BODY or orbit:DEGREES in a "
@@ -121,10 +122,12 @@ void add_video_command(CLI::App& app) {
   add_look_options(*command, *options);
   command->add_option(
       "--output", options->output,
-      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures (SCENE.mp4)");
+      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "
+      "(default: SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
-  command->add_option("--poster-time", video.poster_time, "Which one, in seconds (well into the film)")
+  command
+      ->add_option("--poster-time", video.poster_time, "Which one, in seconds (default: well into the film)")
       ->check(CLI::NonNegativeNumber)
       ->needs("--poster");
   command->add_option("--loop", video.loop, "Also write a small loop as a GIF file, below 2 MB");
@@ -132,8 +135,10 @@ void add_video_command(CLI::App& app) {
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   command->footer(
-      "A panel is 'a5,n=4,joints=stable': its settings that differ from the options above, as --set takes "
-      "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. The\n"
+      "A panel is an algorithm or engine, then settings that differ from the options above, as --set takes "
+      "them, "
+      "then title=…: 'a5,n=4,joints=stable'. A2, AVBD and engines make n·m iterations unless the panel sets "
+      "m. The\n"
       "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
       "where\n"
       "the reference does, and is grey below the reference's uncertainty. Frames between two steps "

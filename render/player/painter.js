@@ -18,9 +18,9 @@ class Painter {
     this.hasVeils = data.meshes.some((primitives) => primitives.some(({look}) => look.isBlended));
     const defines = (data.looks ? '#define LOOKS\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
     this.programs = {
-      body: this.program(PLACED, BODY, defines), ground: this.program(GROUND_PLACE, GROUND, defines),
-      sky: this.program(SCREEN, SKY, defines), depth: this.program(PLACED, DEPTH, defines),
-      number: this.program(PLACED, NUMBER, defines), outline: this.program(SCREEN, OUTLINE), codes: this.program(SCREEN, CODES),
+      body: this.program(BODY_VERTEX, BODY, defines), ground: this.program(GROUND_VERTEX, GROUND, defines),
+      sky: this.program(SCREEN_VERTEX, SKY, defines), depth: this.program(BODY_VERTEX, DEPTH, defines),
+      number: this.program(BODY_VERTEX, BODY_NUMBERS, defines), outline: this.program(SCREEN_VERTEX, OUTLINE), codes: this.program(SCREEN_VERTEX, ENCODE_SRGB),
     };
     this.bodies = new Bodies(this.gl, data);
     this.makeShadow();

@@ -136,7 +136,8 @@ Json bodies_of(const Scene& scene) {
     for (int axis = 0; axis < 3; ++axis) {
       if (body.inverse_inertia[axis] > 0) radius[axis] = body.inverse_mass / body.inverse_inertia[axis];
     }
-    bodies.push_back({{"name", body.name}, {"moves", body.inverse_mass > 0}, {"radius", list(radius)}});
+    bodies.push_back(
+        {{"name", body.name}, {"moves", body.inverse_mass > 0}, {"squared_gyration_radius", list(radius)}});
   }
   return bodies;
 }

@@ -8,7 +8,10 @@ async function embeddedBytes() {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Decodes pose_stream(): returns seven numbers for each body and frame, body 0 at rest, and the index of the next byte. */
+/**
+ * Decodes pose_stream(): returns seven numbers for each body and frame, body 0 at rest, and the index of the next byte. `unit`: m of a
+ * step of a position; `turnParts`: steps of a quaternion component in 1.
+ */
 function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   const values = new Float32Array(frames * bodies * 7);
   for (let k = 0; k < frames; ++k) values[k * bodies * 7 + 6] = 1;
@@ -40,35 +43,35 @@ function texturesOf(gltf, material) {
   const infos = [baseColorTexture, metallicRoughnessTexture, material.normalTexture, material.occlusionTexture, material.emissiveTexture];
   return infos.map((info, role) => {
     const isColor = role === 0 || role === 4;
-    if (!info) return {image: -1, isColor, sampler: {}, turn: [1, 0, 0, 1], offset: [0, 0], coordinates: 0};
+    if (!info) return {image: -1, isColor, sampler: {}, uv_matrix: [1, 0, 0, 1], offset: [0, 0], coordinates: 0};
     const {source, sampler} = gltf.textures[info.index];
     const {offset = [0, 0], rotation = 0, scale = [1, 1]} = (info.extensions || {}).KHR_texture_transform || {};
     const [c, s] = [Math.cos(rotation), Math.sin(rotation)];
-    const turn = [c * scale[0], s * scale[1], -s * scale[0], c * scale[1]];
-    return {image: source, isColor, sampler: gltf.samplers[sampler], turn, offset, coordinates: info.texCoord || 0};
+    const uv_matrix = [c * scale[0], s * scale[1], -s * scale[0], c * scale[1]];
+    return {image: source, isColor, sampler: gltf.samplers[sampler], uv_matrix, offset, coordinates: info.texCoord || 0};
   });
 }
 
-/** Returns a material as the uniforms of LOOKS. */
+/** Returns a material as the uniforms that LOOKS declares. */
 function lookOf(gltf, material) {
   const {baseColorFactor = [1, 1, 1, 1], metallicFactor = 1, roughnessFactor = 1} = material.pbrMetallicRoughness || {};
   const {KHR_materials_unlit: unlit, KHR_materials_emissive_strength: strong} = material.extensions || {};
   const {normalTexture, occlusionTexture, emissiveFactor = [0, 0, 0], alphaMode, alphaCutoff = 0.5} = material;
   const textures = texturesOf(gltf, material);
-  const shine = emissiveFactor.map((level) => level * (strong ? strong.emissiveStrength : 1));
+  const emitted = emissiveFactor.map((level) => level * (strong ? strong.emissiveStrength : 1));
   const normals = normalTexture ? normalTexture.scale ?? 1 : 0;
   const occlusion = occlusionTexture ? occlusionTexture.strength ?? 1 : 1;
   return {
-    color: baseColorFactor.slice(0, 3), finish: [metallicFactor, roughnessFactor], textures, isBlended: alphaMode === 'BLEND',
-    image_turns: textures.flatMap(({turn}) => turn), image_offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
-    emission: [...shine, unlit ? 1 : 0], strengths: [normals, occlusion],
+    color: baseColorFactor.slice(0, 3), metallic_roughness: [metallicFactor, roughnessFactor], textures, isBlended: alphaMode === 'BLEND',
+    image_turns: textures.flatMap(({uv_matrix}) => uv_matrix), image_offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
+    emission: [...emitted, unlit ? 1 : 0], strengths: [normals, occlusion],
     opacity: [baseColorFactor[3], alphaMode === 'MASK' ? alphaCutoff : 0, alphaMode === 'BLEND' ? 1 : 0, material.doubleSided ? 1 : 0],
   };
 }
 
 /**
  * Reads binary glTF of animated_glb(): meshes, each a list of triangles [{positions, normals, coordinates, colors, tangents, indices,
- * look}], with null for missing ones; nodes; and images as the browser decodes them, bytes unchanged.
+ * look}], with null for missing ones; nodes; and images, decoded without premultiplied alpha and without colour conversion.
  */
 async function modelsFrom(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -145,14 +148,14 @@ function placed(pose, point) {
 
 /** Returns the RMS distance of the body's points from the reference's, m: squared_distance() of the program. */
 function bodyError(data, track, k, body) {
-  const is = poseAt(data, track, k, body);
-  const should = poseAt(data, data.reference.track, k, body);
+  const actual = poseAt(data, track, k, body);
+  const expected = poseAt(data, data.reference.track, k, body);
   let sum = 0;
-  for (let i = 0; i < 3; ++i) sum += (is[i] - should[i]) ** 2;
-  const [a, b, c, d] = [-should[3], -should[4], -should[5], should[6]];
-  const [x, y, z, w] = [is[3], is[4], is[5], is[6]];
+  for (let i = 0; i < 3; ++i) sum += (actual[i] - expected[i]) ** 2;
+  const [a, b, c, d] = [-expected[3], -expected[4], -expected[5], expected[6]];
+  const [x, y, z, w] = [actual[3], actual[4], actual[5], actual[6]];
   const between = [d * x + a * w + b * z - c * y, d * y + b * w + c * x - a * z, d * z + c * w + a * y - b * x];
-  for (let i = 0; i < 3; ++i) sum += 4 * data.bodies[body].radius[i] * between[i] ** 2;
+  for (let i = 0; i < 3; ++i) sum += 4 * data.bodies[body].squared_gyration_radius[i] * between[i] ** 2;
   return Math.sqrt(sum);
 }
 

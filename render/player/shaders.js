@@ -1,6 +1,6 @@
-// The shaders of bodies, ground and sky in WebGL 2, in the light of the films: OPTICS and LOOKS are the films' own.
-// LOOKS is defined for scenes whose surfaces have more than a colour or that have lights beside the sun, AS_LIGHT where shaders give the
-// picture's light, not its codes.
+// The shaders of bodies, ground and sky in WebGL 2, in the light of the films: the strings OPTICS and LOOKS are the films' own, from C++.
+// The macro LOOKS is defined for scenes whose surfaces have more than a colour or that have lights besides the sun, the macro AS_LIGHT
+// where shaders put out linear light, not sRGB.
 
 const LIGHT = `precision highp float;
 uniform vec3 eye, sun, zenith, horizon, bounce, ground_color;
@@ -12,6 +12,7 @@ uniform float shadow_bias;
 
 ` + OPTICS + `
 #ifdef AS_LIGHT
+// film() is display() without the encoding as sRGB.
 #define display film
 #endif
 
@@ -31,10 +32,10 @@ float key_light(vec3 position, vec3 n) {
 }
 `;
 
-const PLACED = `layout(location = 0) in vec3 position;
+const BODY_VERTEX = `layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 place;
-layout(location = 3) in vec4 turn;
+layout(location = 3) in vec4 rotation;
 layout(location = 4) in vec4 tint;
 layout(location = 5) in float body;
 #ifdef LOOKS
@@ -51,7 +52,7 @@ out vec3 world_position;
 out vec3 world_normal;
 flat out vec4 tint_color;
 flat out float body_number;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+vec3 turned(vec3 v) { return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v); }
 void main() {
   world_position = turned(position) + place;
   world_normal = turned(normal);
@@ -95,21 +96,21 @@ in vec3 world_normal;
 in vec4 world_tangent;
 #endif
 flat in vec4 tint_color;
-uniform vec2 finish;
-out vec4 code;
+uniform vec2 metallic_roughness;
+out vec4 fragment_color;
 void main() {
   float side = gl_FrontFacing ? 1.0 : -1.0;
   vec3 n = normalize(world_normal);
-  vec2 own_finish = finish;
-  float open = 1.0;
+  vec2 own_metallic_roughness = metallic_roughness;
+  float ambient_visibility = 1.0;
   float alpha = 1.0;
-  vec3 shine = vec3(0.0);
+  vec3 emitted = vec3(0.0);
 #ifdef LOOKS
   // Read all texels before the first discard, which would leave neighbours without derivatives.
-  own_finish *= texel(finish_texture, 1).bg;
+  own_metallic_roughness *= texel(finish_texture, 1).bg;
   n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
-  open = open_part(texel(occlusion_texture, 3));
-  shine = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
+  ambient_visibility = open_part(texel(occlusion_texture, 3));
+  emitted = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
 #endif
   vec4 own = own_base_color();
 #ifdef LOOKS
@@ -118,18 +119,18 @@ void main() {
 #endif
   n *= side;
   vec3 base_color = mix(own.rgb, tint_color.rgb, tint_color.a);
-  float metallic = mix(own_finish.x, 0.0, tint_color.a);
-  float roughness = clamp(own_finish.y, 0.06, 1.0);
+  float metallic = mix(own_metallic_roughness.x, 0.0, tint_color.a);
+  float roughness = clamp(own_metallic_roughness.y, 0.06, 1.0);
   vec3 v = normalize(eye - world_position);
   float nv = max(dot(n, v), 1e-3);
-  vec3 facing = mix(vec3(0.04), base_color, metallic);
+  vec3 f0 = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
   bool faces_key = dot(n, key.xyz - key.w * world_position) > 0.0;
   float lit = faces_key ? key_light(world_position, n) : 0.0;
-  vec3 radiance = direct_light(world_position, n, v, nv, facing, diffuse, roughness, lit);
+  vec3 radiance = direct_light(world_position, n, v, nv, f0, diffuse, roughness, lit);
   vec3 around = mix(bounce, mix(zenith, horizon, 0.55), 0.5 + 0.5 * n.y);
-  vec3 rim = facing + (max(vec3(1.0 - roughness), facing) - facing) * pow(1.0 - nv, 5.0);
-  radiance += (diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness)) * open + shine;
+  vec3 fresnel = f0 + (max(vec3(1.0 - roughness), f0) - f0) * pow(1.0 - nv, 5.0);
+  radiance += (diffuse * around * (1.0 - fresnel) + fresnel * surroundings(reflect(-v, n), roughness)) * ambient_visibility + emitted;
   vec3 shown = display(radiance);
 #ifdef LOOKS
 #ifdef AS_LIGHT
@@ -138,11 +139,11 @@ void main() {
   if (emission.w > 0.5) shown = srgb(clamp(base_color, 0.0, 1.0));
 #endif
 #endif
-  code = vec4(shown, alpha);
+  fragment_color = vec4(shown, alpha);
 }
 `;
 
-const GROUND_PLACE = `uniform mat4 clip_from_world;
+const GROUND_VERTEX = `uniform mat4 clip_from_world;
 uniform vec3 eye;
 uniform float ground, reach;
 out vec3 world_position;
@@ -155,37 +156,38 @@ void main() {
 
 const GROUND = LIGHT + `
 in vec3 world_position;
-out vec4 code;
+out vec4 fragment_color;
 void main() {
   vec2 width = max(fwidth(world_position.xz) * 1.2, vec2(1e-5));
   float fine_weight = clamp((8.0 - reach / 40.0) / 4.0, 0.0, 1.0);
   vec3 color = patterned(ground_color, world_position.xz, width, fine_weight);
   float lit = key_light(world_position, vec3(0.0, 1.0, 0.0));
   vec3 radiance = ground_light(color, world_position, lit, 1.0);
-  code = vec4(display(in_haze(radiance, world_position - eye, reach / 16.0, reach)), 1.0);
+  fragment_color = vec4(display(in_haze(radiance, world_position - eye, reach / 16.0, reach)), 1.0);
 }
 `;
 
-const SCREEN = `void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 1.0, 1.0); }
+const SCREEN_VERTEX = `void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 1.0, 1.0); }
 `;
 
 const SKY = LIGHT + `
 uniform vec3 corner, across, upward;
 uniform vec4 viewport;
-out vec4 code;
+out vec4 fragment_color;
 void main() {
   vec2 at = (gl_FragCoord.xy - viewport.xy) / viewport.zw;
-  code = vec4(display(sky_light(normalize(corner + at.x * across + at.y * upward))), 1.0);
+  fragment_color = vec4(display(sky_light(normalize(corner + at.x * across + at.y * upward))), 1.0);
 }
 `;
 
-const NUMBER = `precision highp float;
+/** Draws the bodies' numbers, for outlines and picking. */
+const BODY_NUMBERS = `precision highp float;
 ` + SURFACE + `
 flat in float body_number;
-out vec4 code;
+out vec4 fragment_color;
 void main() {
   own_base_color();
-  code = vec4(mod(body_number, 256.0), floor(body_number / 256.0), 0.0, 255.0) / 255.0;
+  fragment_color = vec4(mod(body_number, 256.0), floor(body_number / 256.0), 0.0, 255.0) / 255.0;
 }
 `;
 
@@ -196,26 +198,26 @@ void main() { own_base_color(); }
 `;
 
 /** Encodes a picture of linear light as sRGB. */
-const CODES = `precision highp float;
+const ENCODE_SRGB = `precision highp float;
 uniform vec3 sun, zenith, horizon, bounce;
 uniform vec4 to_sun;
 ` + OPTICS + `
 uniform sampler2D picture;
-out vec4 code;
-void main() { code = vec4(srgb(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb), 1.0); }
+out vec4 fragment_color;
+void main() { fragment_color = vec4(srgb(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb), 1.0); }
 `;
 
 const OUTLINE = `precision highp float;
 uniform sampler2D numbers;
 uniform int thick;
 uniform vec4 viewport;
-out vec4 code;
+out vec4 fragment_color;
 vec4 at(ivec2 p) { return texelFetch(numbers, clamp(p, ivec2(viewport.xy), ivec2(viewport.xy + viewport.zw) - 1), 0); }
 void main() {
   ivec2 p = ivec2(gl_FragCoord.xy);
   vec4 here = at(p);
   bool edge = here != at(p + ivec2(thick, 0)) || here != at(p + ivec2(0, thick));
   if (!edge) discard;
-  code = vec4(0.85);
+  fragment_color = vec4(0.85);
 }
 `;

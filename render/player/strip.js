@@ -60,9 +60,9 @@ class Strip {
   label(value, k) {
     if (this.kind.name !== 'error') return this.axisLabel(value);
     // An error below the reference's uncertainty is known only to be at most that.
-    const certain = this.data.reference.uncertainty[k];
-    const bound = lengthLabel(certain);
-    return value >= certain ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
+    const uncertainty = this.data.reference.uncertainty[k];
+    const bound = lengthLabel(uncertainty);
+    return value >= uncertainty ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
   /** Returns the text of a value on the strip's axis, like StripAxis::label() in C++. */
@@ -109,7 +109,7 @@ class Strip {
     c.fillStyle = STRIP.surface;
     c.fillRect(0, 0, this.width, this.height);
     this.drawGrid();
-    if (this.kind.name === 'error') this.drawCertainty();
+    if (this.kind.name === 'error') this.drawUncertainty();
     drawLine(c, [[this.x(k), this.plot.y], [this.x(k), this.plot.y + this.plot.height]], 'rgba(236, 240, 245, 0.45)', 1);
     if (panel.reference) {
       data.panels.forEach((other) => { if (!other.reference) this.drawCurve(other, k, other.color, other.dash); });
@@ -123,6 +123,7 @@ class Strip {
 
   drawGrid() {
     const {context: c, plot, kind} = this;
+    // `mark` is the energy at the start, or the expected value.
     const {scale: [lower, upper], mark} = kind;
     const lines = kind.logarithmic ? Array.from({length: upper - lower + 1}, (_, i) => [10 ** (lower + i), decadeName(lower + i), i === 0 || i === upper - lower])
       // Label the mark alone where it is near an end: the curve is read against the mark.
@@ -135,7 +136,7 @@ class Strip {
   }
 
   /** Shades errors below the reference's uncertainty, and marks the end of the reference. */
-  drawCertainty() {
+  drawUncertainty() {
     const {context: c, plot, data: {reference, times}} = this;
     const bottom = plot.y + plot.height;
     c.fillStyle = 'rgba(146, 156, 170, 0.25)';
@@ -151,12 +152,12 @@ class Strip {
     if (hasRoom) write(c, 'reference ends', end + 5, plot.y + plot.height / 2, '11px', STRIP.quiet);
   }
 
-  drawCurve(panel, end, ink, [drawn, leftOut]) {
+  drawCurve(panel, end, ink, [dash, gap]) {
     const {context: c, kind} = this;
     const values = this.values(panel);
     const count = Math.min(end + 1, values.length);
     c.lineJoin = 'round';
-    c.setLineDash(leftOut > 0 ? [drawn, leftOut] : []);
+    c.setLineDash(gap > 0 ? [dash, gap] : []);
     drawLine(c, Array.from({length: count}, (_, k) => [this.x(k), this.y(values[k])]), ink, 1.8);
     c.setLineDash([]);
     c.fillStyle = panel.color;

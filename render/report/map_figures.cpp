@@ -68,7 +68,7 @@ Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
   std::array<Series, 3> series{
       {{"error below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", lost_mark}}};
   for (const SweepRecord& run : map.runs) {
-    const double miss = miss_of(run);
+    const double miss = error_or_gap_of(run);
     Series& own = series.at(!run.metrics->bounded ? 2 : miss < 0.01 ? 0 : 1);
     own.points.push_back(axes(run.settings));
     own.values.push_back(miss);
@@ -197,7 +197,7 @@ Sheet stability_sheet(const FigureSource&) {
     Series unstable{"unstable", lost_mark};
     for (const StabilityPoint& point : points) {
       if (point.algorithm != algorithm) continue;
-      (point.stable ? stable : unstable).points.push_back({point.kappa, point.tau});
+      (point.converges ? stable : unstable).points.push_back({point.kappa, point.tau});
     }
     Series border{"closed form: τ = 4 − 2κ",
                   {0, 7, false, true, false},

@@ -37,7 +37,7 @@ struct Axis {
   std::string tics = {};                            ///< in gnuplot's syntax; empty: gnuplot's choice
 };
 
-/// A right triangle that shows a power law: its corner is at (x, y), its width a factor `width` in x.
+/// A right triangle that shows a power law: its right angle is at (x, y), its width a factor `width` in x.
 struct SlopeTriangle {
   double x;
   double y;
@@ -92,7 +92,7 @@ struct FigureStyle {
   std::string font = "DejaVu Sans";
   bool title = true;
   bool caption = true;
-  bool transparent = false;  ///< no white ground
+  bool transparent = false;  ///< no white background
   double dpi = 300;          ///< of a PNG
 };
 

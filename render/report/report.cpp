@@ -143,13 +143,13 @@ class Report {
   }
 
   std::string filled(const std::string& paragraph) const {
-    const std::vector<std::string>& lost = equal_rows_.failing;
+    const std::vector<std::string>& lost = equal_rows_.not_won_on;
     return fmt::format(
         fmt::runtime(paragraph), fmt::arg("runs", records_.size()),
         fmt::arg("scenes", scenes_of(records_).size()), fmt::arg("orders", order_ranges(orders_)),
-        fmt::arg("won", equal_rows_.holding.size()),
-        fmt::arg("compared", equal_rows_.holding.size() + lost.size()),
-        fmt::arg("won_scenes", fmt::join(equal_rows_.holding, ", ")),
+        fmt::arg("won", equal_rows_.won_on.size()),
+        fmt::arg("compared", equal_rows_.won_on.size() + lost.size()),
+        fmt::arg("won_scenes", fmt::join(equal_rows_.won_on, ", ")),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
         fmt::arg("equal_cost", equal_cost_factor));
   }
@@ -193,7 +193,7 @@ class Report {
       if (!sheet.panels.empty()) {
         FigureStyle style;
         style.title = style.caption = false;
-        add_figure(fmt::format("{}: {} against {}", scene, miss_title(own), cost_title(own)),
+        add_figure(fmt::format("{}: {} against {}", scene, error_or_gap_title(own), cost_title(own)),
                    "choice-" + scene, drawn(sheet, PictureFormat::svg, style));
       }
       if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {

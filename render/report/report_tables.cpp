@@ -25,7 +25,7 @@ std::string milliseconds(const SweepRecord& record) {
   if (!record.times) return "";
   const RunTimes& t = *record.times;
   const double spread = (t.largest - t.smallest) / 2 / std::max(t.median, 1e-12);
-  return fmt::format("{:.3g} ± {:.0f} %", 1000 * cost_of(record), 100 * spread);
+  return fmt::format("{:.3g} ± {:.0f} %", 1000 * cpu_time_of(record), 100 * spread);
 }
 
 /// Returns milliseconds, or rows where there are no times.
@@ -90,12 +90,12 @@ TextTable choices_table(const std::vector<SweepRecord>& records) {
 }
 
 TextTable choice_table(const std::vector<SweepRecord>& own) {
-  TextTable table{{"for", "take", has_times(own) ? "CPU, ms" : "rows", miss_title(own)}, {}};
+  TextTable table{{"for", "take", has_times(own) ? "CPU, ms" : "rows", error_or_gap_title(own)}, {}};
   for (const double tolerance : choice_tolerances) {
     const auto run = cheapest(own, tolerance);
     table.rows.push_back({fmt::format("{:g} %", 100 * tolerance),
                           run ? spoken(*run, has_joints(own)) : "none of those measured",
-                          run ? price(*run) : "", run ? percent(miss_of(*run)) : ""});
+                          run ? price(*run) : "", run ? percent(error_or_gap_of(*run)) : ""});
   }
   return table;
 }
@@ -110,7 +110,7 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
     for (const SweepRecord& record : own) {
       // Skip errors that are rounding.
       if (record.metrics && record.metrics->error.position.rms > smallest_plotted_error * record.size &&
-          is_sure(record)) {
+          exceeds_uncertainty(record)) {
         smallest = std::min(smallest, record.metrics->error.position.rms);
       }
     }
@@ -145,7 +145,7 @@ EqualRows equal_rows(const std::vector<SweepRecord>& records) {
       result.table.rows.push_back({scene, std::to_string(n), percent(pair[0]), percent(pair[1]),
                                    both ? fmt::format("{:.2g}", pair[0] / pair[1]) : ""});
     }
-    if (has_any) (holds ? result.holding : result.failing).push_back(scene);
+    if (has_any) (holds ? result.won_on : result.not_won_on).push_back(scene);
   }
   return result;
 }
@@ -167,11 +167,12 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
       ran[i] = true;
       if (time_or_rows(record) > most) continue;
       affordable[i] = true;
-      if (record.metrics->bounded && (!best[i] || miss_of(record) < miss_of(*best[i]))) best[i] = &record;
+      if (record.metrics->bounded && (!best[i] || error_or_gap_of(record) < error_or_gap_of(*best[i])))
+        best[i] = &record;
     }
     const SweepRecord* winner = nullptr;
     for (const SweepRecord* const run : best) {
-      if (run && (!winner || miss_of(*run) < miss_of(*winner))) winner = run;
+      if (run && (!winner || error_or_gap_of(*run) < error_or_gap_of(*winner))) winner = run;
     }
     const double shown = cheap->times ? 1000 * most : equal_cost_factor * rows_a_second(*cheap);
     std::vector<std::string> row{scene, short_number(shown)};
@@ -181,9 +182,10 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
         continue;
       }
       const std::string text =
-          fmt::format("{}, {}", percent(miss_of(*best[i])), settings_text(*best[i], has_joints(own)));
+          fmt::format("{}, {}", percent(error_or_gap_of(*best[i])), settings_text(*best[i], has_joints(own)));
       // Mark all that are as good as the best to a twentieth
-      row.push_back(miss_of(*best[i]) <= 1.05 * miss_of(*winner) ? fmt::format("**{}**", text) : text);
+      row.push_back(error_or_gap_of(*best[i]) <= 1.05 * error_or_gap_of(*winner) ? fmt::format("**{}**", text)
+                                                                                 : text);
     }
     table.rows.push_back(std::move(row));
   }
@@ -196,7 +198,7 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
                   {}};
   for (const SweepRecord& run : runs) {
     const Metrics& x = *run.metrics;
-    table.rows.push_back({run.label, (is_sure(run) ? "" : "≈") + percent(miss_of(run)),
+    table.rows.push_back({run.label, (exceeds_uncertainty(run) ? "" : "≈") + percent(error_or_gap_of(run)),
                           short_number(x.error.position.largest), short_number(x.joint_gap),
                           short_number(x.penetration), short_number(x.energy_change),
                           short_number(rows_a_second(run)), milliseconds(run)});

@@ -11,7 +11,7 @@
 
 namespace substep::report {
 
-/// Errors over the scene's size for which the report chooses runs.
+/// Limits of the error, as fractions of the scene's size, for which the report chooses runs.
 inline constexpr std::array choice_tolerances{0.01, 0.001};
 /// Returns the cheapest run of each scene for each of `choice_tolerances`.
 TextTable choices_table(const std::vector<SweepRecord>& records);
@@ -28,8 +28,8 @@ TextTable references_table(const std::vector<SweepRecord>& records);
 
 struct EqualRows {
   TextTable table{{"scene", "n", "A3: n sub-steps", "A2: n iterations", "ratio"}, {}};
-  std::vector<std::string> holding;  ///< scenes on which sub-steps won for every n above 1
-  std::vector<std::string> failing;
+  std::vector<std::string> won_on;      ///< scenes on which sub-steps won for every n above 1
+  std::vector<std::string> not_won_on;  ///< the other scenes
 };
 EqualRows equal_rows(const std::vector<SweepRecord>& records);
 

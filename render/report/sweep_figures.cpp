@@ -61,7 +61,7 @@ bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& fa
   });
 }
 
-/// Returns the style of a line. Stable joints, stabilization and few iterations are dashed.
+/// Returns the style of a line. Stable joints, τ other than 1 and few iterations of A2 are dashed.
 SeriesStyle family_style(const RunFamily& family, bool contacts) {
   const SweepRecord& record = family.runs.front();
   if (!record.engine.empty()) {
@@ -120,7 +120,8 @@ class Captioner {
     }
   }
 
-  /// Names algorithms with one line by their name alone, and adds the settings of each line to the caption.
+  /// Names algorithms with one line by their name alone, except A2, whose m matters, and adds the settings of
+  /// each line to the caption.
   void finish(Sheet& sheet) const {
     for (Panel& panel : sheet.panels) {
       for (Series& series : panel.series) series.title = short_title(series.title);
@@ -155,8 +156,8 @@ using Work = std::function<double(const SweepRecord&)>;
 /// Returns why a run is not drawn; null where it is drawn.
 const char* reason_to_leave_out(const SweepRecord& record, double work) {
   // An error above three times the scene's size says only that the run diverged.
-  if (!(miss_of(record) < 3)) return "lost (error above three times the scene's size)";
-  if (!is_sure(record)) return "below a hundred times the reference's uncertainty";
+  if (!(error_or_gap_of(record) < 3)) return "lost (error above three times the scene's size)";
+  if (!exceeds_uncertainty(record)) return "below a hundred times the reference's uncertainty";
   return work > 0 ? nullptr : "without a value on the x axis";
 }
 
@@ -169,7 +170,7 @@ std::optional<Series> series_of(const RunFamily& family, bool contacts, const Wo
     if (const char* const reason = reason_to_leave_out(record, spent)) {
       ++missing[reason];
     } else {
-      series.points.push_back({spent, std::max(miss_of(record), smallest_plotted_error)});
+      series.points.push_back({spent, std::max(error_or_gap_of(record), smallest_plotted_error)});
     }
   }
   std::ranges::sort(series.points);
@@ -212,7 +213,7 @@ Sheet error_sheet(const std::vector<SweepRecord>& records, const std::vector<std
     const double horizon = own.front().horizon;
     Panel panel{.title = horizon > 0 ? fmt::format("{}, {:.3g} s", scene, horizon) : scene,
                 .x = {x_title, true},
-                .y = {miss_title(own), true}};
+                .y = {error_or_gap_title(own), true}};
     for (const RunFamily& family : chosen_families(own, chosen, sheet)) {
       if (std::optional<Series> series = series_of(family, has_contacts(own), work, sheet)) {
         panel.series.push_back(std::move(*series));
@@ -256,15 +257,15 @@ Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts) {
   };
   switch (kind) {
     case WorkFigure::time:
-      return sheet_of("Error against CPU time", cpu_time, is_ours_or_accurate, cost_of,
+      return sheet_of("Error against CPU time", cpu_time, is_ours_or_accurate, cpu_time_of,
                       {"One core, medians of the sweep's repetitions.", not_drawn});
     case WorkFigure::engines:
-      return sheet_of("Beside other engines", cpu_time, is_any, cost_of,
+      return sheet_of("Beside other engines", cpu_time, is_any, cpu_time_of,
                       {"The same scene files, one core. Down and to the left is better."});
     case WorkFigure::engine_steps:
-      return sheet_of(
-          "Beside other engines, by step", "h / n, s", is_any, substep_of,
-          {"Nothing was tuned: each engine has the settings that it ships with, which its table lists."});
+      return sheet_of("Beside other engines, by step", "h / n, s", is_any, substep_of,
+                      {"Nothing was tuned: each engine has the settings that it ships with, which the table "
+                       "of engines lists."});
     case WorkFigure::rows:
       break;
   }
@@ -274,14 +275,14 @@ Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts) {
     return std::ranges::find(panel.series, "A1", &Series::title) != panel.series.end();
   };
   if (std::ranges::any_of(sheet.panels, has_a1))
-    sheet.caption.emplace_back("A direct solve counts each row once a pivot.");
+    sheet.caption.emplace_back("A1 counts each row once for each active set that it tries.");
   sheet.caption.emplace_back(not_drawn);
   return sheet;
 }
 
 Sheet choice_sheet(const std::vector<SweepRecord>& own) {
   const auto cost = [is_timed = has_times(own)](const SweepRecord& record) {
-    return is_timed ? 1000 * cost_of(record) : row_rate(record);
+    return is_timed ? 1000 * cpu_time_of(record) : row_rate(record);
   };
   Sheet sheet = error_sheet(own, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
   if (sheet.panels.empty()) return sheet;
@@ -294,7 +295,7 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
   for (const double tolerance : choice_tolerances) {
     const auto run = cheapest(own, tolerance);
     if (!run) continue;
-    const std::array point{cost(*run), std::max(miss_of(*run), smallest_plotted_error)};
+    const std::array point{cost(*run), std::max(error_or_gap_of(*run), smallest_plotted_error)};
     const std::string text = fmt::format("{:g} %", 100 * tolerance);
     if (!chosen.points.empty() && chosen.points.front() == point) {
       panel.notes.back().text += ", " + text;
@@ -338,9 +339,11 @@ Sheet order_sheet(const FigureSource& source) {
 Sheet slopes_sheet(const FigureSource& source) {
   constexpr std::array range{-1.0, 3.0};
   Sheet sheet{
-      .title = "Local order: where each leaves first order",
-      .caption = {"The slope of 'error against the (sub-)step' from each run to the next, in the middle of "
-                  "the two; below −1 and above 3 at the border. 1 is first order, 0 no gain."}};
+      .title = "Local order: where each algorithm leaves first order",
+      .caption = {
+          "The slope of 'error against the (sub-)step' from each run to the next, at the geometric mean of "
+          "their (sub-)steps. Slopes below −1 and above 3 are drawn at the border. 1 is first order, 0 no "
+          "gain."}};
   for (const std::string& scene : plotted_scenes(source, false)) {
     Panel panel{.title = scene, .x = {"h / n, s", true}, .y = {"powers of two per halving", false, range}};
     for (const RunFamily& family : chosen_families(of_scene(source.records, scene), is_ours, sheet)) {
@@ -349,7 +352,8 @@ Sheet slopes_sheet(const FigureSource& source) {
         series.points.push_back({middle, std::clamp(slope, range[0], range[1])});
       if (series.points.empty()) {
         sheet.left_out.push_back(
-            {scene, family.title, "no two runs with h/n halved that are bounded and sure"});
+            {scene, family.title,
+             "no two runs with h/n halved that are bounded and well above the reference's uncertainty"});
       } else {
         panel.series.push_back(std::move(series));
       }

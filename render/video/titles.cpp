@@ -106,7 +106,8 @@ Color mixed(const Color& color, const Color& below, int percent) {
   return result;
 }
 
-/// Returns a shade of an ink, in turn: 0 the ink, 1 mixed with `away`, 2 mixed with grey.
+/// Returns shade 0 of an ink, the ink itself; shade 1, mixed with `away`; shade 2, mixed with grey; and so on
+/// in turn.
 Color shaded(const char* ink, int shade, const Color& away) {
   constexpr Color grey{100, 104, 112};
   const Color color = color_in(ink);
@@ -143,7 +144,7 @@ std::string settings_of(const PanelChoice& panel) {
 
 Titles titles_of(const std::vector<Run>& runs) {
   std::vector<std::vector<Item>> items;
-  std::vector<std::string> keys;  // in the order of the legend
+  std::vector<std::string> keys;  // in the order of label()
   for (const Run& run : runs) {
     items.push_back(items_of(run.panel));
     for (const Item& item : items.back()) {
@@ -167,7 +168,7 @@ Titles titles_of(const std::vector<Run>& runs) {
     bool is_missing = false;
     for (std::size_t i = 0; i < runs.size(); ++i)
       is_missing = is_missing || is_left_out(runs[i].panel, *field, items[i]);
-    // Put sub-steps and iterations into a panel's title, unless all panels have the same
+    // A number of sub-steps or iterations that only one of several panels has belongs in its title
     const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
     if (is_alone || is_missing || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
       differing.insert(key);

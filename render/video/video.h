@@ -54,7 +54,7 @@ struct VideoReport {
 /// extension, or where ffmpeg is missing, before it simulates and writes.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 
-/// Draws a film of runs that are simulated.
+/// Draws a film of runs that were simulated already.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated);
 
 }  // namespace substep::render

@@ -15,7 +15,7 @@ Motion moving(double speed) {
 /// A lane between two rows of posts, for one ball or two.
 struct PassingLane {
   double speed;         // m/s
-  double clearance;     // m, of its posts
+  double clearance;     // m, between the ball and each post
   double angle;         // rad, from +X
   double z;             // m
   double oncoming = 0;  // m/s, of a second ball that passes at the same clearance
@@ -30,12 +30,13 @@ constexpr std::array<PassingLane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::ter
 
 /// Adds a ball that moves along its node's +X and meets nothing. Expects it to keep its velocity and line.
 void send_past(GltfBuilder& gltf, const std::string& name, const Pose& pose, double speed,
-               const Collider& collider, const Look& look, const Json& whole) {
+               const Collider& collider, const Look& look, const Json& window) {
   gltf.body(name, pose, moving(speed), collider, look);
   const Matrix3 axes = pose.orientation.toRotationMatrix();
-  gltf.expect({name + ": velocity along its line", "velocity", {name}, axes.col(0)}, whole, speed,
+  gltf.expect({name + ": velocity along its line", "velocity", {name}, axes.col(0)}, window, speed,
               1e-6 * speed, "nothing is met");
-  gltf.expect({name + ": way across its line", "way", {name}, axes.col(2)}, whole, 0, 1e-6, "nothing is met");
+  gltf.expect({name + ": way across its line", "way", {name}, axes.col(2)}, window, 0, 1e-6,
+              "nothing is met");
 }
 
 GltfBuilder near_miss() {
@@ -65,7 +66,8 @@ GltfBuilder near_miss() {
     const int look = gltf.mesh("ball_" + number, {{ball_geometry, lane.finish}});
     const double start = -lane.speed * duration / 2;
 
-    // Place pins and corners of stakes on both sides of the lane, unless a ball comes on one of them.
+    // Place pins and corners of stakes on both sides of the lane, or on +Z alone where a second ball passes
+    // on −Z.
     for (std::size_t k = 0; k < passes.size(); ++k) {
       const bool is_pin = (i + k) % 2 == 0;
       const double side = lane.oncoming > 0 || k < 2 ? 1 : -1;
@@ -78,12 +80,13 @@ GltfBuilder near_miss() {
 
     // Send the balls, the second one backwards.
     const Collider collider{round, bouncing};
-    const auto whole = throughout(0, duration);
-    send_past(gltf, "ball_" + number, middle * at(start, small_radius, 0), lane.speed, collider, look, whole);
+    const auto window = throughout(0, duration);
+    send_past(gltf, "ball_" + number, middle * at(start, small_radius, 0), lane.speed, collider, look,
+              window);
     if (lane.oncoming > 0) {
       const double beside = -2 * small_radius - lane.clearance;
       const Pose pose = middle * at(lane.oncoming * duration / 2, small_radius, beside) * turn(Y, pi);
-      send_past(gltf, "oncoming_" + number, pose, lane.oncoming, collider, look, whole);
+      send_past(gltf, "oncoming_" + number, pose, lane.oncoming, collider, look, window);
     }
   }
   return gltf;
@@ -143,7 +146,7 @@ GltfBuilder seams() {
   return gltf;
 }
 
-/// A ball before a wall, and the final velocities of the ball and of its striker.
+/// A ball in front of a wall, and the final velocities of the ball and of its striker.
 struct BallAtWall {
   const char* name;
   double restitution;
@@ -190,7 +193,7 @@ GltfBuilder struck() {
   gltf.expect({"speed of the others at 0.4 s", "speed", stopped}, at_time(duration), 0, 0.01 * speed,
               hands_on);
 
-  // Place balls before walls, by restitution: the final velocities follow from one impact after another.
+  // Place balls in front of walls, by restitution: the final velocities follow from one impact after another.
   for (const BallAtWall& lane : balls_at_walls) {
     const std::string name = lane.name;
     const double z = lane.restitution == 1 ? 0.2 : lane.restitution == 0 ? -0.6 : -0.2;

@@ -124,7 +124,7 @@ std::vector<Vector3> cut_stone(std::uint64_t seed, int planes, const Vector3& ha
   return corners;
 }
 
-/// Rocks and logs on a triangle mesh: a valley between two walls of earth.
+/// Rocks and logs in a valley, a triangle mesh that is cut into a block of earth.
 struct RockSlide : GltfBuilder {
   RockSlide()
       : GltfBuilder("rock_slide", {.duration = 12, .poster = 4},
@@ -158,7 +158,7 @@ struct RockSlide : GltfBuilder {
     mesh.triangles.push_back({base, base + 1, base + 2});
   }
 
-  /// Returns 3 (rock) for steep triangles, 2 (scree) for the bed and the run-out, else 1 (meadow) or 0
+  /// Returns 3 (rock) for steep triangles, 2 (scree) near the bed of the stream, else 1 (meadow) or 0
   /// (grass).
   static std::size_t cover_of(const Vector3& a, const Vector3& b, const Vector3& c) {
     const Vector3 normal = (b - a).cross(c - a).normalized();

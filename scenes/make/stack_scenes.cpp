@@ -178,8 +178,8 @@ double prism_volume(const Outline& outline, double height, double top_scale) {
   return twice_area / 2 * height * (1 + top_scale + top_scale * top_scale) / 3;
 }
 
-/// Outlines of the pyramid's stones. Multiples of 1/64 m, and a top of 15/16, are exact in the file's 32-bit
-/// floats: each side stays flat.
+/// Outlines of the pyramid's stones. Multiples of 1/64 m, and a top scaled by 15/16, are exact in the file's
+/// 32-bit floats: each side stays flat.
 std::vector<Outline> stone_outlines() {
   return {Outline({point(-0.5, -0.09375), point(-0.25, -0.40625), point(0.28125, -0.375), point(0.5, 0.0625),
                    point(0.21875, 0.40625), point(-0.3125, 0.375)}),
@@ -242,7 +242,7 @@ GltfBuilder card_house() {
   GltfBuilder gltf("card_house", {.duration = 5, .poster = 1},
                    {.eye = {0.9, 1.1, 2.7}, .target = {0, 0.55, 0}, .yfov = 0.50, .friction = 0.7});
 
-  // An ivory card with a coloured back on either side.
+  // An ivory card with a coloured panel on each face.
   const Vector3 size(thickness, height, width);
   const Collider collider{gltf.box_shape(size), gltf.physics_material(0.7)};
   const int edge = gltf.geometry(rounded(box(size), 0.003, 1));
@@ -281,8 +281,8 @@ GltfBuilder card_house() {
 
 struct Arch {
   std::string name;
-  double thickness;
-  double middle;
+  double thickness;  // m
+  double middle;     // x of its centre, m
   std::array<Finish, 2> finishes;
 };
 

@@ -50,7 +50,7 @@ void published(PublishedCommandOptions options) {
     measurements = measure_published(results, options.measure);
   }
   if (measurements.empty())
-    throw Error(fmt::format("--only '{}': no result has this in its name", options.measure.only));
+    throw Error(fmt::format("--only '{}': no result's name contains this", options.measure.only));
   options.output.write(to_markdown(measurements));
 }
 
@@ -63,7 +63,8 @@ void add_claims_command(CLI::App& report) {
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
   options->output.add_to(*command);
   command->footer(
-      "A claim that does not hold is a finding: the code is still 0. Only timings, marked by ~, differ from "
+      "A claim that does not hold is a finding: the exit code is still 0. Only timings, marked by ~, differ "
+      "from "
       "run to run.\n"
       "Example:\n  substep report claims");
   command->callback([options] { claims(*options); });
@@ -71,17 +72,18 @@ void add_claims_command(CLI::App& report) {
 
 void add_published_command(CLI::App& report) {
   CLI::App* const command = report.add_subcommand(
-      "published", "Measure scenes that others published with a result; print the tables");
+      "published", "Run scenes whose results others published, and compare; print the tables");
   const auto options = std::make_shared<PublishedCommandOptions>();
   command->add_option("file", options->file, "Reported results and our runs, .toml")->capture_default_str();
   command->add_flag("--quick", options->measure.quick, "Only the runs that take a few seconds");
-  command->add_option("--only", options->measure.only, "Only results with this in their name");
+  command->add_option("--only", options->measure.only, "Only results whose names contain this");
   command->add_option("--threads", options->measure.threads, "Runs at a time")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
   options->output.add_to(*command);
   command->footer(
-      "A result that is not met is a finding: the code is still 0. Only times, marked by ~, differ from run "
+      "A result that is not met is a finding: the exit code is still 0. Only times, marked by ~, differ from "
+      "run "
       "to run.\n"
       "Example:\n  substep report published --quick");
   command->callback([options] { published(*options); });

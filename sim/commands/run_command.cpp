@@ -44,7 +44,7 @@ class RunSummary {
       : scene_(simulation.scene()),
         settings_(simulation.settings()),
         invariants_(scene_, simulation.state()),
-        // Measure penetration, which finds contacts again, at most 60 times per simulated second.
+        // Measure penetration, which finds contacts again, about 60 times per simulated second.
         every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
     invariants_.add(simulation.state(), 0, metrics_);
   }
@@ -62,8 +62,9 @@ class RunSummary {
 
   void print(int steps, bool diverged) const {
     fmt::print(
-        "deepest penetration {:.3g} m, largest joint gap {:.3g} m, energy above the start's by up to {:.3g} "
-        "J\n",
+        "deepest penetration {:.3g} m, largest joint gap {:.3g} m, largest rise of the energy above the "
+        "start's "
+        "{:.3g} J\n",
         metrics_.penetration, metrics_.joint_gap, metrics_.energy_growth);
     if (unsolved_ > 0 || diverged) {
       fmt::print("{} of {} steps not solved{}\n", unsolved_, steps,
@@ -77,8 +78,8 @@ class RunSummary {
     }
   }
 
-  /// Prints warnings, except `doubt`, which was printed before. Returns the errors and the run's end as text;
-  /// empty if the run is good.
+  /// Prints warnings, except `doubt`, the one that was printed before the run. Returns the errors and the
+  /// run's end as text; empty if the run is good.
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);
@@ -191,13 +192,19 @@ void add_run_command(CLI::App& app) {
       "scene's size. The log's last line reports divergence and unsolved steps.\n"
       "Redundant rows that contradict one another, as in closed loops, are solved in the least-squares "
       "sense, which is reported at the end.\n"
-      "Warnings, of what the start does not have: a joint gap above a hundredth of the scene or a tenth of "
-      "the smallest body; a penetration above the latter; bodies that pass through others; without drives, "
-      "an energy growth above a tenth of the initial kinetic energy and a fall by the scene's size; where "
-      "nothing brakes joints either, an energy loss above the same; for free bodies, an energy or momentum "
-      "drift above a hundredth; in A4 and A5, summed rotation that turns a body's momentum by 0.1 rad; "
-      "before the run, sub-steps too few for the masses or with which A5 gets worse.\n"
-      "Smaller steps or sub-steps may not reduce an energy growth; a smaller κ may (claim 15).\n"
+      "Warnings compare with the start: a joint gap above a hundredth of the scene or a tenth of the "
+      "smallest "
+      "body; a penetration above a tenth of the smallest body; bodies that pass through others; without "
+      "drives, "
+      "an energy growth above a tenth of the sum of the initial kinetic energy and that of a fall by the "
+      "scene's "
+      "size; where nothing brakes joints either, an energy loss above that limit; for free bodies, an energy "
+      "or "
+      "momentum drift above a hundredth; in A4 and A5, summed rotation that turns a body's momentum by 0.1 "
+      "rad. "
+      "Before the run: sub-steps too few for the masses, or so many that A5 gets worse.\n"
+      "Smaller steps or sub-steps may not reduce an energy growth; a smaller κ may (scenes/claims.md, claim "
+      "15).\n"
       "Example:\n"
       "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv");
   command->callback([options] { run(*options); });

@@ -160,9 +160,9 @@ class ContactFinder {
   void set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b, Contact& contact) const;
   void list_remembered();
   std::span<const ContactMemory> remembered_of(std::uint32_t a, std::uint32_t b) const;
-  void remember(std::span<const ContactMemory> remembered, double overlap, double slip,
-                Contact& contact) const;
-  void remember(const PatchShape& patch, const Vector3& slip, double overlap, Contact& contact) const;
+  void recall_point(std::span<const ContactMemory> remembered, double overlap, double slip,
+                    Contact& contact) const;
+  void recall_patch(const PatchShape& patch, const Vector3& slip, double overlap, Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;

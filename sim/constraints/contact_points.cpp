@@ -8,8 +8,8 @@
 namespace substep {
 namespace {
 
-/// Returns the unit vector along the component of `velocity` across `normal`, or perpendicular() where that
-/// component is at most `rounding`.
+/// Returns the unit vector along the component of `velocity` perpendicular to `normal`, or perpendicular()
+/// where that component is at most `rounding`.
 Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
   const Vector3 slip = velocity - normal * normal.dot(velocity);
   return slip.norm() > rounding ? Vector3(slip.normalized()) : perpendicular(normal);
@@ -38,11 +38,11 @@ double combine(Combine how, double a, double b) {
   return a * b;
 }
 
-/// Approach below which bodies are at rest on each other, relative to their speeds.
-constexpr double resting = 0.01;
+/// Approach speed below which bodies rest on each other, as a fraction of `Pair::speed`.
+constexpr double resting_fraction = 0.01;
 
-/// Slip in a step with which bodies pass each other, relative to the smaller shape.
-constexpr double passing = 0.02;
+/// Slip in a step above which bodies slide past each other, as a fraction of the smaller shape.
+constexpr double passing_fraction = 0.02;
 
 }  // namespace
 
@@ -62,12 +62,13 @@ struct ContactFinder::Pair {
   const Velocity& vb;
   Pose body_a;  ///< when they touch
   Pose body_b;
-  // Arms and normals keep the directions in the world that they have when the bodies meet.
+  // Rotations to the bodies' frames at the start of the step: arms and normals keep the directions in the
+  // world that they have when the bodies meet.
   Quaternion to_a;
   Quaternion to_b;
   PairMaterial material;
   Vector3 acceleration;            ///< by gravity, of a relative to b, m/s²
-  double at_rest;                  ///< velocity by gravity in a step, below which the pair is at rest, m/s
+  double fall;                     ///< speed that gravity gives a relative to b in a step, m/s
   double speed;                    ///< sum of both bodies' speeds and of gravity's in a step, m/s
   double size;                     ///< of the smaller shape, m
   double time;                     ///< until they meet, s
@@ -100,7 +101,7 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
             .to_b = qb.angular.conjugate(),
             .material = {on_a.material, on_b.material},
             .acceleration = acceleration,
-            .at_rest = (acceleration * duration_).norm(),
+            .fall = (acceleration * duration_).norm(),
             .speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm(),
             .size = smaller_size(a, b),
             .time = time,
@@ -155,7 +156,7 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
       contact.tangent_b2 = pair.to_b * point.normal.cross(along);
     }
     contact.margin = margins_[a] + margins_[b] + (pair.patch ? spare_margin * pair.size : 0);
-    contact.slid = slip_speed > pair.at_rest;
+    contact.slid = slip_speed > pair.fall;
     contact.friction = contact.slid ? pair.material.dynamic_friction : pair.material.static_friction;
     if (candidates_[a].curved || candidates_[b].curved) {
       set_rolling(point, pair.body_a * candidates_[a].collider->placement,
@@ -180,15 +181,14 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
   // Give no impact to bodies that do not approach at the start of the step, though others may press them
   // together: the law of impact holds for all contacts of a step at once.
   const double approach = duration_ * contact.acceleration - point.normal.dot(velocity);
-  // Stop bodies at once in a single sub-step only where they would pass each other: they stay short of the
-  // surface.
-  const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * pair.size;
+  // In a step of one sub-step, stop at once only bodies that slide past each other: stopping leaves a gap.
+  const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing_fraction * pair.size;
   const bool is_met =
       point.distance <= touching * pair.size && point.distance >= -tolerated_overlap * pair.size;
-  const bool is_hard = is_met && passes_by && duration_ * (approach - pair.at_rest) > hard * pair.size;
-  const bool is_impact = approach > resting * pair.speed && (restitution > 0 || is_hard);
+  const bool is_hard = is_met && passes_by && duration_ * (approach - pair.fall) > hard * pair.size;
+  const bool is_impact = approach > resting_fraction * pair.speed && (restitution > 0 || is_hard);
   contact.restitution = is_impact ? restitution : Contact::no_impact;
-  contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * pair.size;
+  contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing_fraction * pair.size;
   const double part_of_size = duration_ * approach / pair.size;
   separates_ = separates_ && part_of_size < -tolerated_overlap;
   if (is_impact && part_of_size > (restitution > 0 ? tolerated_overlap : aside)) {
@@ -215,9 +215,9 @@ void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double s
   const double slip = duration_ * slip_speed;
   contact.left_over = std::max(0.0, -point.distance - recovered(contact));
   if (!pair.patch) {
-    remember(pair.remembered, -point.distance, slip, contact);
+    recall_point(pair.remembered, -point.distance, slip, contact);
   } else if (slip < same_place * pair.size) {
-    remember(*pair.patch, pair.patch_slip, -point.distance, contact);
+    recall_patch(*pair.patch, pair.patch_slip, -point.distance, contact);
   }
   // Recover an overlap in a part of a step at the speed of the whole step.
   contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
@@ -259,8 +259,8 @@ void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, c
 }
 
 /// Sets the cached data of the nearest of these colliders' points, if it is the same point.
-void ContactFinder::remember(std::span<const ContactMemory> remembered, double overlap, double slip,
-                             Contact& contact) const {
+void ContactFinder::recall_point(std::span<const ContactMemory> remembered, double overlap, double slip,
+                                 Contact& contact) const {
   if (remembered.empty()) return;
   const double same =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
@@ -290,8 +290,8 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
 }
 
 /// Sets the cached data from two colliders' patch.
-void ContactFinder::remember(const PatchShape& patch, const Vector3& slip, double overlap,
-                             Contact& contact) const {
+void ContactFinder::recall_patch(const PatchShape& patch, const Vector3& slip, double overlap,
+                                 Contact& contact) const {
   const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);
   contact.displacement_1 = contact.tangent_b1.dot(displacement);
   contact.displacement_2 = contact.tangent_b2.dot(displacement);

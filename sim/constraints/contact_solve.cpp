@@ -74,7 +74,7 @@ template <KernelKind kind>
   const Lanes total = larger(before + times<kind>(at.how.omega, change), normal.low);
   const Lanes given = total - before;
   normal.row.impulse = total;
-  if (kind.any) {
+  if (kind.reports_changes) {
     most = larger(most, magnitude(given) * at.rows.couplings[i * count + i].value);
   }
   return all(at.how.scale) * given;
@@ -168,7 +168,7 @@ template <KernelKind kind>
   any_slides += keeps_sliding(rows);
   rows.row[0].impulse += change.first;
   rows.row[1].impulse += change.second;
-  if (kind.any) {
+  if (kind.reports_changes) {
     most = larger(most, magnitude(change.first) * rows.gamma[0]);
     most = larger(most, magnitude(change.second) * rows.gamma[2]);
   }
@@ -202,7 +202,7 @@ template <KernelKind kind>
     solve_friction<kind>(at, i, a, b, most, any_slides);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  raise<kind>(most, moved);
+  raise_to_largest<kind>(most, moved);
   return any(any_slides > all(0));
 }
 
@@ -220,8 +220,8 @@ template <KernelKind kind>
 [[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const KernelData& at,
                                              std::vector<Velocity>& v, double* moved) {
   const RowSolve& how = at.how;
-  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1;
-  if (moved || !by_one) return solve_batch<general>(contacts, at, v, moved);
+  const bool is_unscaled = how.kappa == 1 && how.tau == 1 && how.omega == 1;
+  if (moved || !is_unscaled) return solve_batch<general>(contacts, at, v, moved);
   return solve_batch<unscaled>(contacts, at, v, nullptr);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
-/// Operations on the lanes of contact_batch.h, and the data that its kernels share. The calling convention of
-/// wide vectors depends on the processor, so all functions are inlined into kernels that are compiled for
-/// both widths (four_wide.h).
+/// Operations on the lanes of contact_batch.h, and the data that its kernels share. How wide vectors are
+/// handed on depends on the instruction set, so all functions are inlined into kernels, which are compiled
+/// with and without four-wide instructions (four_wide.h).
 
 #include <algorithm>
 #include <array>
@@ -100,16 +100,16 @@ struct BodyVelocities {
 
 /// Two neighbouring components of a body's velocity. Velocities are loaded and stored in pairs, since a
 /// processor forwards a store only to a load of the same bytes.
-using Pair = double __attribute__((vector_size(16)));
+using TwoDoubles = double __attribute__((vector_size(16)));
 constexpr int pairs_of_velocity = 3;
 
 [[gnu::always_inline]] inline BodyVelocities gather(const std::vector<Velocity>& v,
                                                     const std::array<int, lanes>& body) {
   Lanes component[2 * pairs_of_velocity];
   for (int k = 0; k < pairs_of_velocity; ++k) {
-    Pair pair[lanes];
+    TwoDoubles pair[lanes];
     for (int lane = 0; lane < lanes; ++lane)
-      std::memcpy(&pair[lane], v[body[lane]].linear.data() + 2 * k, sizeof(Pair));
+      std::memcpy(&pair[lane], v[body[lane]].linear.data() + 2 * k, sizeof(TwoDoubles));
     const Lanes even = __builtin_shufflevector(pair[0], pair[2], 0, 1, 2, 3);
     const Lanes odd = __builtin_shufflevector(pair[1], pair[3], 0, 1, 2, 3);
     component[2 * k] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
@@ -122,7 +122,7 @@ constexpr int pairs_of_velocity = 3;
                                            int count, std::vector<Velocity>& v) {
   const Lanes component[2 * pairs_of_velocity] = {from.linear[0],  from.linear[1],  from.linear[2],
                                                   from.angular[0], from.angular[1], from.angular[2]};
-  Pair pair[pairs_of_velocity][lanes];
+  TwoDoubles pair[pairs_of_velocity][lanes];
   for (int k = 0; k < pairs_of_velocity; ++k) {
     const Lanes even = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 0, 4, 2, 6);
     const Lanes odd = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 1, 5, 3, 7);
@@ -134,7 +134,7 @@ constexpr int pairs_of_velocity = 3;
   for (int lane = 0; lane < lanes; ++lane) {
     if (lane >= count) break;
     for (int k = 0; k < pairs_of_velocity; ++k)
-      std::memcpy(v[body[lane]].linear.data() + 2 * k, &pair[k][lane], sizeof(Pair));
+      std::memcpy(v[body[lane]].linear.data() + 2 * k, &pair[k][lane], sizeof(TwoDoubles));
   }
 }
 
@@ -144,7 +144,8 @@ constexpr int pairs_of_velocity = 3;
   return dot(direction, a.linear - b.linear) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
 }
 
-/// Returns 1 where a point or patch slides as it did in the last step, and restores no displacement; else 0.
+/// Returns 1 where a point or patch slides as it did in the last step, so that friction does not pull its
+/// displacement back; else 0.
 /// A point that begins to slide keeps its displacement, since its normal impulse may be too small after one
 /// sweep.
 template <typename Friction>
@@ -213,7 +214,7 @@ struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
   const std::vector<Matrix3>& rotations;
-  double hs;
+  double hs;  ///< duration of a sub-step, s
   bool anew;  ///< true where the step's rows were formulated before
   const std::vector<Matrix3>& first_rotations;
 };
@@ -241,27 +242,27 @@ struct BatchBodies {
 
 /// Compile-time properties of a kernel.
 struct KernelKind {
-  bool by_one;  ///< κ, τ and ω are 1, and are left out
-  bool any;     ///< the caller may request the largest change
+  bool is_unscaled;      ///< κ, τ and ω are 1, and are left out
+  bool reports_changes;  ///< the caller may request the largest change
 };
 inline constexpr KernelKind unscaled{true, false};
 inline constexpr KernelKind general{false, true};
 
 template <KernelKind kind>
 [[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
-  if constexpr (kind.by_one) return x;
+  if constexpr (kind.is_unscaled) return x;
   return all(factor) * x;
 }
 
-/// A kernel's data: a batch, the factors of its solution, and its rows if it is solved by points.
+/// A kernel's data: a batch, κ, τ and ω, and the batch's rows if it is solved by points.
 struct KernelData {
   const ContactBatch& x;
   const RowSolve& how;
   PointRows rows;
 };
 
-/// Scales the origin of friction down where the normal impulse falls below that of the last slide, in
-/// proportion.
+/// Scales down the impulses that were stored when the point or patch last slid, where the normal impulse is
+/// now below the stored one, in proportion.
 template <typename Friction>
 [[gnu::always_inline]] inline void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;
@@ -271,10 +272,10 @@ template <typename Friction>
   friction.origin_normal *= fraction;
 }
 
-/// Raises `*moved` to the largest lane of `most`, if the caller requests it.
+/// Sets `*moved` to the largest of itself and the lanes of `most`, if the caller requests it.
 template <KernelKind kind>
-[[gnu::always_inline]] inline void raise(const Lanes& most, double* moved) {
-  if (!kind.any || !moved) return;
+[[gnu::always_inline]] inline void raise_to_largest(const Lanes& most, double* moved) {
+  if (!kind.reports_changes || !moved) return;
   for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
 }
 

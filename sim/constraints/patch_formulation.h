@@ -1,5 +1,6 @@
 #pragma once
-/// Formulates the rows of contact patches (s2). Part of contact_formulation.cpp.
+/// Formulates the rows of contact patches (stage s2 of a sub-step, formulate.h). Part of
+/// contact_formulation.cpp.
 
 #include <algorithm>
 
@@ -27,7 +28,7 @@ struct FourShapes {
 /// Γ of a patch: the change of the velocity at the patch's centre by an impulsive wrench there.
 struct PatchGamma {
   Lanes linear_by_force[9];
-  Lanes linear_by_torque[9];  ///< its transpose: turning by force
+  Lanes linear_by_torque[9];  ///< its transpose is the change of spin by a force
   Lanes turning_by_torque[9];
 };
 
@@ -70,8 +71,8 @@ struct PatchGamma {
   for (Lanes& element : inverse) element *= factor;
 }
 
-/// Inverts Γ of normals whose points lie on a line, in the space of their wrenches: all torques are along
-/// `across`.
+/// Inverts Γ of normals whose points lie on a line, within the two dimensions of their wrenches: a force, and
+/// a torque along `across`.
 [[gnu::always_inline]] inline void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2],
                                                   Lanes (&inverse)[6]) {
   const Lanes c00 = s[0];
@@ -148,12 +149,12 @@ struct PatchGamma {
     // Set the plane through the edge; the length of its normal does not matter.
     corner.plane = {{along[1] * here[0] - along[0] * here[1], along[0], along[1]}};
     // Bound a line at its end: the centre of pressure is on the side of the other end.
-    const auto is_end = patch.corners == all(2);
-    corner.plane[0] = choose(is_end, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
-    corner.plane[1] = choose(is_end, along[1], corner.plane[1]);
-    corner.plane[2] = choose(is_end, -along[0], corner.plane[2]);
-    // Repeat the last corner of a patch with fewer: its plane only makes the force push, in the unit of the
-    // others.
+    const auto is_line = patch.corners == all(2);
+    corner.plane[0] = choose(is_line, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
+    corner.plane[1] = choose(is_line, along[1], corner.plane[1]);
+    corner.plane[2] = choose(is_line, -along[0], corner.plane[2]);
+    // Repeat the last corner of a patch with fewer: its plane only requires a force that pushes, in the unit
+    // of the other planes.
     const auto is_beyond = patch.corners <= all(i);
     for (int k = 0; k < 3; ++k)
       corner.plane[k] = choose(is_beyond, k == 0 ? squared_radius : all(0), corner.plane[k]);

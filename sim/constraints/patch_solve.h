@@ -75,7 +75,7 @@ template <KernelKind kind, int known>
   move_into_cone<known>(count, corners, wrench);
   const LaneVectors given = all(at.how.scale) * (wrench - patch.normal_impulse);
   for (int k = 0; k < 3; ++k) patch.normal_impulse[k] = wrench[k];
-  if (kind.any) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
+  if (kind.reports_changes) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
   return given;
 }
 
@@ -258,7 +258,7 @@ template <KernelKind kind, int known>
   }
   const LaneVectors given = all(at.how.scale) * (total - before);
   for (int k = 0; k < 3; ++k) patch.impulse[k] = total[k] + patch.origin[k];
-  if (kind.any) {
+  if (kind.reports_changes) {
     for (int k = 0; k < 2; ++k) most = larger(most, magnitude(given[k] * patch.gamma[3 * k]));
   }
   return given;
@@ -278,7 +278,7 @@ template <KernelKind kind, int known>
   give(at.x, patch, normals, friction, a, b);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  raise<kind>(most, moved);
+  raise_to_largest<kind>(most, moved);
   return any(keeps_sliding(patch) > all(0));
 }
 

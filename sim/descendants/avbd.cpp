@@ -4,16 +4,17 @@
 //
 // | step    | what                                                                        | in the paper       |
 // |---------|-----------------------------------------------------------------------------|--------------------|
-// | predict | inertial coordinates; forces and penalties decayed by α γ and γ              | (2), (19)          |
+// | predict | inertial coordinates; forces decay by α γ, penalties by γ                    | (2), (19)          |
 // | primal  | body by body: 6 × 6 system of inertia and all its penalties, Δq = −H⁻¹ ∇E    | (4) to (6), (13),  |
 // |         | with the geometric stiffness of ball joints as a diagonal                    | (17), section 3.5  |
-// | dual    | λ ← clamp(λ + k C); k grows by β |C| where the force is within its limits    | (11), (16)         |
+// | dual    | λ ← clamp(λ − k C); k grows by β |C| where the force is within its limits    | (11), (16)         |
 // | finish  | v = Δq/h                                                                     |                    |
 //
 // Defaults are those of the authors' demo in three dimensions: ten iterations, α = 0.99, β = 10⁴ N/m²
 // (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin, since
-// separate bodies are not held back; the start is the motion without gravity; joints' angular rows have no
-// torque arm; nothing bounces. Row solves count each row once per iteration, though three updates read it.
+// separate bodies are not held back; the initial guess is the motion without gravity; joints' angular rows
+// have no torque arm; nothing bounces. λ is the force on body a, the paper's sign is the opposite. Row solves
+// count each row once per iteration, though three updates read it.
 
 #include "sim/descendants/descendants.h"
 
@@ -29,7 +30,7 @@ namespace {
 constexpr double gamma = 0.999;
 constexpr double least_penalty = 1;
 constexpr double largest_penalty = 1e10;
-constexpr double slower_growth = 0.01;           // of angular rows
+constexpr double angular_growth = 0.01;          // of angular rows' β, relative to that of linear rows
 constexpr double sticking_distance = 1e-5;       // m
 constexpr double least_inverse_inertia = 1e-30;  // of bodies that do not turn, 1/(kg m²)
 
@@ -42,7 +43,8 @@ double decayed(double penalty) {
   return std::clamp(gamma * penalty, least_penalty, largest_penalty);
 }
 
-/// Returns C at a step's start less α C, which the step keeps. A gap of separate bodies stays whole.
+/// Returns (1 − α) C of a step's start: the step leaves α C uncorrected. A gap of separate bodies stays
+/// whole.
 double start_value(double value, bool is_one_sided, double alpha) {
   return is_one_sided && value > 0 ? value : (1 - alpha) * value;
 }
@@ -58,7 +60,7 @@ AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& setting
                  settings.beta,
                  row.low / h,
                  row.high / h};
-  if (row.linear.isZero(0)) result.growth *= slower_growth;
+  if (row.linear.isZero(0)) result.growth *= angular_growth;
   if (row.softness > 0) {  // λ h softness = β − J v: springs and dampers keep their stiffness
     result.force = 0;
     result.penalty = result.stiffness = 1 / (row.softness * h * h);
@@ -101,7 +103,7 @@ void list_blocks(std::size_t bodies, AvbdWork& work) {
   }
 }
 
-/// Updates J of a block's rows to the current coordinates and returns C; that of contacts is linear.
+/// Updates J of a block's rows to the current coordinates and returns C, which is linearised for contacts.
 Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, AvbdWork& work,
                const AvbdBlock& x) {
   Impulse value{};
@@ -119,7 +121,7 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
       value[k] = row.value + row.j.times(work.displacement[x.a], work.displacement[x.b]);
       continue;
     }
-    // row.value is −α C⁻, the part of C that the step keeps
+    // row.value is −α C of the step's start, the part of C that the step leaves uncorrected
     const Row& now = c.rows[c.blocks[x.joint].first + k];
     row.j = {now.linear, now.angular_a, now.angular_b};
     value[k] = row.value - h * now.beta;
@@ -147,8 +149,8 @@ Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value
 }
 
 /// Adds a block's penalties and forces to a body's system.
-void stamp(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, const Impulse& force, int body,
-           Matrix6& lhs, Vector6& rhs) {
+void add_to_system(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, const Impulse& force,
+                   int body, Matrix6& lhs, Vector6& rhs) {
   const double sign = body == x.a ? 1 : -1;
   Vector3 push = Vector3::Zero();
   for (int k = 0; k < x.rows; ++k) {
@@ -229,7 +231,7 @@ void update_body(int i, double h, Problem& problem, std::vector<Coordinates>& q,
   for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {
     const AvbdBlock& x = work.blocks[work.blocks_of[k]];
     const Impulse force = forces_of(work, x, update(problem, q, h, work, x));
-    stamp(problem, work, x, force, i, lhs, rhs);  // (13), (17)
+    add_to_system(problem, work, x, force, i, lhs, rhs);  // (13), (17)
   }
   const Vector6 change = lhs.llt().solve(rhs);
   q[i].linear += change.head<3>();

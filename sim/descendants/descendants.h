@@ -50,7 +50,7 @@ void append_contact_impulses(const std::vector<Contact>& found, const std::vecto
 
 // Soft Step: sub-steps with soft constraints.
 
-/// A soft row: λ' = −mass_scale M (J v + bias_rate C) − impulse_scale λ, with C the position error and λ the
+/// A soft row: λ' = −m mass_scale (J v + bias_rate C) − impulse_scale λ, with C the position error and λ the
 /// row's impulse so far. It acts as an implicit spring and damper in the sub-step.
 struct Softness {
   double bias_rate;      ///< 1/s
@@ -75,7 +75,7 @@ struct SoftPoint {
   Vector3 arm_a;    ///< body frames
   Vector3 arm_b;
   Vector3 impulse;       ///< λ of the sub-step, N·s
-  Vector3 given;         ///< λ of the step so far, N·s
+  Vector3 step_impulse;  ///< λ of the step so far, N·s
   double gap_offset;     ///< m
   double gap;            ///< at the current coordinates, m
   double normal_mass;    ///< 1/Γ of the normal

@@ -3,16 +3,16 @@
 //
 // | step                 | A3                        | here                                                   |
 // |----------------------|---------------------------|--------------------------------------------------------|
-// | warm start           | λ = 0 in each sub-step    | λ of the last sub-step, of the last step too           |
+// | warm start           | λ = 0 in each sub-step    | λ of the last sub-step, in the first of the last step  |
 // | solve with bias      | J(κ v + M⁻¹Jᵀλ) = τ β     | the same with κ, τ from a frequency and a damping      |
 // |                      |                           | ratio, less a fraction of the accumulated λ            |
 // | relax                | –                         | a sweep without bias after the coordinates have moved  |
 // | friction             | with its normal           | in the relaxing sweep alone                            |
 // | restitution          | in the sub-step of impact | once, at the step's end                                |
 //
-// Defaults as published: four sub-steps, contacts of 30 Hz and ζ = 10, those with fixed bodies of twice the
-// frequency and ζ = 5, joints of 60 Hz and ζ = 2; overlaps are pushed out with 3 m/s at most, and impacts
-// slower than 1 m/s do not bounce. Box3D has one friction block per manifold; here each point has its own.
+// Defaults as published: four sub-steps; contacts of 30 Hz and ζ = 10, but with fixed bodies of 60 Hz and
+// ζ = 5; joints of 60 Hz and ζ = 2. Overlaps are pushed out with 3 m/s at most, and impacts slower than 1 m/s
+// do not bounce. Box3D has one friction block per manifold; here each point has its own.
 
 #include "sim/descendants/descendants.h"
 
@@ -72,7 +72,7 @@ SoftPoint point_of(const Contact& contact, const Problem& problem, const std::ve
   x.arm_b = contact.arm_b;
   for (int k = 0; k < 3; ++k) x.row[k] = contact_jacobian(contact, problem, k);
   x.impulse = hs * contact.force;
-  x.given = Vector3::Zero();
+  x.step_impulse = Vector3::Zero();
   x.gap_offset = contact.gap_offset;
   x.normal_mass = 1 / coupling(model, x, 0, 0);
   // Use the larger eigenvalue of the tangents' Γ: with one mass for both, friction opposes the slip.
@@ -93,7 +93,8 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
   return x.row[0].linear.dot(apart) + x.gap_offset;
 }
 
-/// Returns a normal's λ' = −mass_scale M (J v + bias) − impulse_scale λ, with λ + λ' >= 0.
+/// Returns a normal's λ' = −m (mass_scale J v + bias) − impulse_scale λ, with m its effective mass and `bias`
+/// the scaled position error, and with λ + λ' >= 0.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
   const double velocity = velocity_along(x, 0, v);
   // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.
@@ -165,13 +166,13 @@ void prepare_points(const Settings& settings, const Problem& problem, const std:
 }
 
 /// Applies restitution to points that met fast enough.
-void restore(const Model& model, std::vector<SoftPoint>& points, std::vector<Velocity>& v) {
+void apply_restitution(const Model& model, std::vector<SoftPoint>& points, std::vector<Velocity>& v) {
   for (SoftPoint& x : points) {
-    if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.given[0] == 0) continue;
+    if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.step_impulse[0] == 0) continue;
     const double velocity = velocity_along(x, 0, v);
     const double change = std::max(-x.normal_mass * (velocity + x.restitution * x.velocity), -x.impulse[0]);
     x.impulse[0] += change;
-    x.given[0] += change;
+    x.step_impulse[0] += change;
     apply(model, x, 0, change, v);
   }
 }
@@ -204,25 +205,25 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
     // Integrate the coordinates
     step_coordinates(hs, v_local, problem.substeps.stepped);
     formulate(problem, problem.substeps.stepped, hs);
-    // Relax: take the velocity of the bias back, and let friction act
+    // Relax: remove the velocity that the bias added, and let friction act
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, rigid, hs, v_local), v_local);
     for (SoftPoint& x : points) {
       x.gap = gap_of(x, problem);
       apply(model, x, 0, solve_normal(x, hs, rigid, v_local), v_local);
       const Impulse friction = solve_friction(x, v_local);
       for (int k = 0; k < 2; ++k) apply(model, x, 1 + k, friction[k], v_local);
-      x.given += x.impulse;
+      x.step_impulse += x.impulse;
     }
     carry_momenta(problem, hs, v_local);
     work.row_solves += 2 * std::ssize(c.rows) + 4 * std::ssize(points);
   }
-  restore(model, points, v_local);
+  apply_restitution(model, points, v_local);
   // Store the coordinates and forces
   q = problem.substeps.stepped;
   carried.contacts.clear();
   carried.contacts.reserve(problem.contacts->capacity());
   for (const SoftPoint& x : points) {
-    carried.contacts.push_back({x.given, x.impulse / hs, Vector3::Zero(), Vector3::Zero()});
+    carried.contacts.push_back({x.step_impulse, x.impulse / hs, Vector3::Zero(), Vector3::Zero()});
   }
   carried.joints.clear();
   for (const Row& row : c.rows) carried.joints.push_back(row.impulse / hs);

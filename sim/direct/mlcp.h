@@ -213,8 +213,9 @@ class MlcpSolver {
     double upper = 0;
     double speed = 1;  ///< > |slip|
     Vector2 slip = Vector2::Zero();
-    Vector3 rest = Vector3::Zero();  ///< the rows' velocities less w
-    Matrix3 law = Matrix3::Zero();   ///< −dλ/dw of the limits
+    /// The rows' velocities less those that the multipliers of the limits and the slip stand for.
+    Vector3 defect = Vector3::Zero();
+    Matrix3 law = Matrix3::Zero();  ///< −dλ/dw of the limits
     Matrix3 damping = Matrix3::Identity();
     Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
     Matrix2 inverse = Matrix2::Zero();
@@ -228,9 +229,9 @@ class MlcpSolver {
   };
   bool list_units();
   void start_unit(Unit& unit) const;
-  void set_rests();
+  void set_defects();
   void set_weight(Unit& unit) const;
-  static Vector3 change_at_rest(const Unit& unit, double t);
+  static Vector3 change_with_fixed_bodies(const Unit& unit, double t);
   void set_directions(double t);
   static double length_of_step(const Unit& unit);
   double common_length() const;
@@ -266,7 +267,7 @@ class MlcpSolver {
   std::vector<Unit> units_;  // solve_interior
   std::vector<int> unit_of_;
 
-  // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
+  // The block factorisation of 1 + Gᵀ(εD + S)⁻¹G: pattern, then numbers.
   std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
   std::vector<std::pair<int, int>> pairs_;
   std::vector<int> order_;            // elimination order of bodies

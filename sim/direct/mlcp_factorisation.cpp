@@ -90,8 +90,8 @@ void add_products(const Vector6* columns, const Vector6* rows, int count, Matrix
 
 }  // namespace
 
-/// Orders the bodies by minimum degree, ties to the lowest body: chains, trees and stacks get little fill.
-/// Returns each body's neighbours at its elimination.
+/// Orders the bodies by minimum degree, of equal ones the lowest index first: chains, trees and stacks get
+/// little fill. Returns each body's neighbours at its elimination.
 std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
   std::vector<std::vector<int>> adjacent(bodies);
   for (const auto& [a, b] : pairs_) {
@@ -135,8 +135,8 @@ void MlcpSolver::list_neighbours(const std::vector<std::vector<int>>& eliminated
   }
 }
 
-/// Returns the index of block (p, q), with positions in the elimination order: p on the diagonal, else that
-/// of an edge's upper block or, after it, its lower one.
+/// Returns the index of block (p, q), with positions in the elimination order: p where p = q, else that of
+/// the pair's upper block (p < q), which its lower block (p > q) follows.
 int MlcpSolver::block_of(int p, int q) const {
   if (p == q) return p;
   const int early = std::min(p, q);
@@ -295,7 +295,8 @@ void MlcpSolver::solve_blocks() {
 }
 
 void MlcpSolver::solve_free() {
-  // Sum the columns times (right side)/D. (1 + Gᵀ D G)⁻¹ times the sum is the bodies' change of velocity.
+  // Sum Gᵀ(εD + S)⁻¹ times the right sides. (1 + Gᵀ(εD + S)⁻¹G)⁻¹ times the sum is the bodies' change of
+  // velocity.
   for (Vector6& s : step_) s.setZero();
   const auto right_across = [&](std::size_t i) {
     const Vector2 aside = across(slip_[i].along);

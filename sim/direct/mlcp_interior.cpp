@@ -16,8 +16,8 @@ constexpr double near_solution = 1e-8;  ///< residual from which a few active se
 /// ε of the steps. With 1e-10 rounding leaves a residual of 1e-4 in piles; with 1e-7 more steps are short.
 constexpr double proximal_of_steps = 1e-8;
 constexpr double fraction_of_length = 0.99;
-/// Step length below which each contact takes its own length. A few contacts, whose friction turns back with
-/// the normal, limit such a step. Without it a pile of 250 ends with a residual of 6e-3.
+/// Step length below which each contact takes a length of its own: only a few contacts limit so short a step.
+/// With one length for all a pile of 250 ends with a residual of 6e-3.
 constexpr double short_step = 0.2;
 constexpr double fraction_of_own_length = 0.9;
 
@@ -82,17 +82,17 @@ void MlcpSolver::start_unit(Unit& unit) const {
   unit.upper = unit.has_high ? 1 : 0;
 }
 
-/// Sets the rows' velocities less w.
-void MlcpSolver::set_rests() {
+/// Sets by how much the rows' velocities differ from those that their limits' multipliers and slip stand for.
+void MlcpSolver::set_defects() {
   for (Unit& unit : units_) {
     for (int k = 0; k < unit.rows(); ++k)
-      unit.rest[k] = w_[unit.row[k]] / (root_gamma_[unit.row[k]] * scale_);
-    unit.rest[0] += unit.upper - unit.lower;
-    if (unit.rows() > 1) unit.rest.tail<2>() -= unit.slip;
+      unit.defect[k] = w_[unit.row[k]] / (root_gamma_[unit.row[k]] * scale_);
+    unit.defect[0] += unit.upper - unit.lower;
+    if (unit.rows() > 1) unit.defect.tail<2>() -= unit.slip;
   }
 }
 
-/// Linearises the unit's law: Δλ = change_at_rest(t) − weight Δw, with softness and ε.
+/// Linearises the unit's law: Δλ = change_with_fixed_bodies(t) − weight Δw, with softness and ε.
 void MlcpSolver::set_weight(Unit& unit) const {
   Matrix3 softness = Matrix3::Zero();
   for (int k = 0; k < unit.rows(); ++k)
@@ -118,8 +118,8 @@ void MlcpSolver::set_weight(Unit& unit) const {
 }
 
 /// Returns Δλ of a unit whose bodies keep their velocities, where products of λ and w are to be `t`.
-Vector3 MlcpSolver::change_at_rest(const Unit& unit, double t) {
-  if (!unit.is_limited()) return {-unit.weight(0, 0) * unit.rest[0], 0, 0};
+Vector3 MlcpSolver::change_with_fixed_bodies(const Unit& unit, double t) {
+  if (!unit.is_limited()) return {-unit.weight(0, 0) * unit.defect[0], 0, 0};
   Vector3 change = Vector3::Zero();
   if (unit.has_low) change[0] += t / unit.above - unit.lower;
   if (unit.has_high) change[0] -= t / unit.below - unit.upper;
@@ -132,14 +132,14 @@ Vector3 MlcpSolver::change_at_rest(const Unit& unit, double t) {
     change.tail<2>() = -unit.inverse * (most * unit.slip + unit.speed * force +
                                         unit.friction * change[0] * unit.slip + along / most * force);
   }
-  return unit.damping * (change - unit.law * unit.rest);
+  return unit.damping * (change - unit.law * unit.defect);
 }
 
-/// Sets the Newton step to products of λ and w of `t`.
+/// Sets the Newton step towards products of λ and w equal to `t`.
 void MlcpSolver::set_directions(double t) {
   for (Vector6& s : step_) s.setZero();
   for (Unit& unit : units_) {
-    unit.change = change_at_rest(unit, t);
+    unit.change = change_with_fixed_bodies(unit, t);
     for (int k = 0; k < unit.rows(); ++k) {
       const Row& row = rows()[unit.row[k]];
       const double size = unit.change[k] / root_gamma_[unit.row[k]];
@@ -160,7 +160,7 @@ void MlcpSolver::set_directions(double t) {
     if (unit.rows() == 1) continue;
     for (int k = 1; k < 3; ++k) {
       const double softness = rows()[unit.row[k]].softness / gamma_[unit.row[k]];
-      unit.slip_change[k - 1] = moved[k] + unit.rest[k] + (softness + proximal_of_steps) * unit.change[k];
+      unit.slip_change[k - 1] = moved[k] + unit.defect[k] + (softness + proximal_of_steps) * unit.change[k];
     }
     const double most = unit.friction * unit.lambda[0];
     const Vector2 force = unit.lambda.tail<2>();
@@ -269,11 +269,11 @@ bool MlcpSolver::solve_interior() {
   velocities();
   double least = infinity;
   for (int step = 0, idle = 0; step < most_steps && idle < most_idle_steps; ++step) {
-    set_rests();
+    set_defects();
     factor_units();
     ++report_.active_sets;
     report_.row_solves += static_cast<std::int64_t>(lambda_.size());
-    // Choose the next products by the length of the step to products of zero.
+    // Predict: the length of the step to products of zero tells by how much they can shrink (Mehrotra).
     const double mean = mean_product(0);
     set_directions(0);
     const double ratio = std::clamp(mean_product(std::min(1.0, common_length())) / mean, 1e-3, 1.0);

@@ -9,14 +9,16 @@
 namespace substep {
 namespace {
 
-/// The usual ε. The multipliers' error shrinks by ε/σ a round, σ the smallest relative eigenvalue of Γ that
-/// is not zero, and by rounding/ε²: at 1e-6 both are equal. Measured on ten 1 kg rods with 1000 kg at their
-/// end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding leaves 1e-4.
+/// The usual ε. Each move of the centre multiplies the multipliers' error by ε/σ, with σ the smallest
+/// eigenvalue of Γ, scaled to a unit diagonal, that is not zero; rounding adds about 1e-16/ε². Measured on
+/// ten 1 kg rods with 1000 kg at their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding leaves
+/// 1e-4.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_usual_sets = 60;  // a wall of 225 boxes takes at most 40
-/// Fraction of the residual about a centre from which the centre moves, whatever signs still change.
+/// The centre moves once the residual of the problem about it is below this fraction of the whole problem's,
+/// even where rows still change sets.
 constexpr double solved_about_centre = 0.1;
-/// Number of sets after which a residual above this fraction of the first one shows that they cycle.
+/// After this many sets a residual above `promising` times the first one shows that the sets cycle.
 constexpr int sets_of_guess = 3;
 constexpr double promising = 0.1;
 constexpr int most_rounds = 400;
@@ -37,33 +39,35 @@ constexpr double first_proximal = 0.1;
 constexpr double least_proximal = 1e-9;
 /// Least ε while every set moves the centre and the residual falls.
 constexpr double least_of_transient = 1e-7;
-/// Sets that each move the centre. Of 142 problems of the wrecking ball they solve 111, in 37 sets at the
-/// median.
+/// Most sets that each move the centre. Of 142 problems of the wrecking ball they solve 111, in 37 sets at
+/// the median.
 constexpr int most_transient = 60;
 /// Sets in all. A pile of 250 boxes that meet takes at most 800.
 constexpr int most_sets = 2000;
-constexpr double least_fall = 0.1;  ///< of ε from set to set
-constexpr double most_rise = 4;
-/// Ratios of successive residuals between which a residual below `small` no longer falls: only a smaller ε
-/// helps.
-constexpr double stands = 0.9;
-constexpr double rises = 1.02;
-constexpr double small = 1e-5;
+/// Smallest and largest factor by which ε changes from set to set.
+constexpr double strongest_fall = 0.1;
+constexpr double strongest_rise = 4;
+/// Ratios of successive residuals between which a residual below `small_residual` no longer falls: only a
+/// smaller ε helps.
+constexpr double standstill_ratio = 0.9;
+constexpr double rise_ratio = 1.02;
+constexpr double small_residual = 1e-5;
 /// Multiples of the best and of the first residual: sets above both diverge, and start again from the best.
 constexpr double lost_of_best = 30;
 constexpr double lost_of_first = 3;
 /// Fraction of the residual that the problem about a centre may have left when the centre moves.
-constexpr double settled = 0.3;
+constexpr double settled_fraction = 0.3;
 constexpr int most_sets_in_move = 6;
 constexpr int few_sets_in_move = 3;
-constexpr double after_few = 0.5;
-constexpr double after_failure = 8;
+/// Factors of ε after a move of few sets, and after one that did not settle.
+constexpr double factor_after_few = 0.5;
+constexpr double factor_after_failure = 8;
 
 /// Ends the moves where the residual is rounding, or below the tolerance and no longer falls.
 class Progress {
  public:
   bool ends(double residual, const MlcpReport& report) {
-    idle_ = residual < stands * least_ ? 0 : idle_ + 1;
+    idle_ = residual < standstill_ratio * least_ ? 0 : idle_ + 1;
     least_ = std::min(least_, residual);
     return residual <= MlcpSolver::accurate ||
            (report.residual <= MlcpSolver::nearly_accurate && residual > report.residual) ||
@@ -226,18 +230,18 @@ bool MlcpSolver::solve_transient() {
     if (now > lost_of_best * report_.residual && now > lost_of_first * first) {
       lambda_ = best_;
       before = report_.residual;
-      of_best = std::min(most_rise * of_best, 1.0);
+      of_best = std::min(strongest_rise * of_best, 1.0);
       proximal_ = of_best;
       continue;
     }
     const double ratio = now / before;
     before = now;
-    if (ratio > stands && ratio < rises && now < small) {
+    if (ratio > standstill_ratio && ratio < rise_ratio && now < small_residual) {
       if (keep_if_redundant(now)) return true;
-      proximal_ = std::max(least_proximal, least_fall * proximal_);
+      proximal_ = std::max(least_proximal, strongest_fall * proximal_);
     } else {
       const double least = std::min(proximal_, least_of_transient);
-      proximal_ = std::clamp(std::clamp(ratio, least_fall, most_rise) * proximal_, least, 1.0);
+      proximal_ = std::clamp(std::clamp(ratio, strongest_fall, strongest_rise) * proximal_, least, 1.0);
     }
   }
   return false;
@@ -251,7 +255,7 @@ bool MlcpSolver::solve_by_centres() {
     double whole = infinity;
     double left = whole;  // of the problem about the centre
     int about_centre = 0;
-    while (about_centre < most_sets_in_move && !(left < settled * whole)) {
+    while (about_centre < most_sets_in_move && !(left < settled_fraction * whole)) {
       take_set();
       ++about_centre;
       whole = keep_if_better();
@@ -260,14 +264,14 @@ bool MlcpSolver::solve_by_centres() {
     }
     sets += about_centre;
     if (progress.ends(whole, report_)) return false;
-    if (!(left < settled * whole)) {
+    if (!(left < settled_fraction * whole)) {
       lambda_ = centre_;  // keeps impulses that have grown to close a contact
-      proximal_ = std::min(after_failure * proximal_, 1.0);
+      proximal_ = std::min(factor_after_failure * proximal_, 1.0);
       continue;
     }
     residual();
     if (keep_if_redundant(whole)) return true;
-    if (about_centre <= few_sets_in_move) proximal_ = std::max(after_few * proximal_, least_proximal);
+    if (about_centre <= few_sets_in_move) proximal_ = std::max(factor_after_few * proximal_, least_proximal);
   }
   return false;
 }

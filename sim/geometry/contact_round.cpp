@@ -103,7 +103,7 @@ ClosestOfPolytope closest_points(const Segment& segment, const Polytope& polytop
 }
 
 /// Returns the fractions of the way along `segment` between which it lies in the prism over a face; nothing
-/// if nowhere.
+/// where it lies in no part of it.
 std::optional<std::array<double, 2>> part_over(const Polytope& polytope, std::size_t face,
                                                const Segment& segment) {
   double low = 0;
@@ -139,7 +139,7 @@ class SegmentAgainstPolytope {
   void find() {
     const FaceSeparation face = largest_separation(polytope_, segment_);
     if (face.separation - radius_ >= margin_) return;
-    // Treat a touched surface as crossed: nearer points give no direction but the face's.
+    // Treat a touched surface as crossed: points so close give no direction, and the face has the normal.
     if (face.separation <= coincident * size_ && enters(polytope_, segment_)) {
       find_deep(face);
     } else {
@@ -188,7 +188,7 @@ class SegmentAgainstPolytope {
     }
   }
 
-  /// Adds contacts of a segment that runs through the polytope, along the axis of least penetration.
+  /// Adds contacts of a segment of which a part lies in the polytope, along the axis of least penetration.
   void find_deep(const FaceSeparation& face) {
     const Vector3 along = segment_.to - segment_.from;
     double best = -infinity;
@@ -257,7 +257,7 @@ void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b
   const Segment axis_b = axis_of(b, pose_b);
   const Vector3 along_a = axis_a.to - axis_a.from;
   const Vector3 along_b = axis_b.to - axis_b.from;
-  // Separate axes that meet in the direction across both.
+  // Where the axes meet, take their common perpendicular for the normal.
   Vector3 fallback = along_a.cross(along_b);
   if (fallback.norm() > coincident * along_a.norm() * along_b.norm()) {
     fallback.normalize();

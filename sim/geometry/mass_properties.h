@@ -36,7 +36,7 @@ MassProperties mass_properties(const Shape& shape);
 /// are welded.
 bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
 
-/// Returns the body's properties in a frame in which its pose is `pose`.
+/// Returns `properties`' values in a frame in which the frame of theirs has the pose `pose`.
 MassProperties transformed(const MassProperties& properties, const Pose& pose);
 
 /// Returns the properties of two bodies as one, in their common frame.

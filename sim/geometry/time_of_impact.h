@@ -9,8 +9,8 @@
 
 namespace substep {
 
-/// A convex solid in the world, given by its farthest points along directions: a core and all points within
-/// `radius` of it. Planes and meshes are not convex solids; a triangle is one.
+/// A convex solid in the world, given by its support function: a core and all points within `radius` of it.
+/// Planes and meshes are not convex solids; a triangle is one.
 class ConvexSolid {
  public:
   /// `shape` must not be a plane or a mesh; it and the solid live equally long.
@@ -26,7 +26,7 @@ class ConvexSolid {
 
  private:
   const Polytope* polytope_ = nullptr;
-  std::optional<RevolvedSolid> revolved_;   ///< a ball or capsule shrunk to its axis, or whole
+  std::optional<RevolvedSolid> revolved_;   ///< of a ball or capsule the axis, of other round shapes all
   Matrix3 rotation_ = Matrix3::Identity();  ///< of a polytope
   Vector3 position_ = Vector3::Zero();
   Matrix3 corners_ = Matrix3::Zero();  ///< of a triangle, columns, world

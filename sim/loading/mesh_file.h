@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes in files that are no scenes: OBJ, STL, PLY, DAE and whatever else assimp reads.
+/// Meshes in files that are not scenes: OBJ, STL, PLY, DAE and whatever else assimp reads.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,14 +12,14 @@ namespace substep {
 
 struct MeshObject {
   std::string name;          ///< unique among the file's
-  std::vector<Mesh> meshes;  ///< each with a triangle; without normals where the file gives none
+  std::vector<Mesh> meshes;  ///< each with at least one triangle; without normals where the file gives none
 };
 
 struct MeshFile {
   std::vector<MeshObject> objects;  ///< at least one, each with a mesh
   std::vector<Surface> surfaces;
   std::vector<SceneImage> images;
-  std::uint64_t hash = 0;  ///< of the file's bytes, as a scene's
+  std::uint64_t hash = 0;  ///< of the file's bytes, computed like a scene's
 };
 
 /// Returns true where assimp reads files with this extension (".obj").

@@ -35,7 +35,8 @@ void read_coordinates(const JsonValue& object, int& coordinates) {
   const auto given = object.find("texCoord");
   if (!given) return;
   coordinates = static_cast<int>(given->integer(0xffff));
-  if (coordinates > 1) given->fail("is {}; of texture coordinates two sets are read, 0 and 1", coordinates);
+  if (coordinates > 1)
+    given->fail("is {}, but only the sets 0 and 1 of texture coordinates are read", coordinates);
 }
 
 /// KHR_texture_transform: coordinates are scaled, turned, then moved.
@@ -66,7 +67,8 @@ void read_sampler(const JsonValue& sampler, Texture& texture) {
   texture.wrap = {wrap_in(sampler, "wrapS"), wrap_in(sampler, "wrapT")};
   constexpr std::uint64_t nearest = 9728;
   constexpr std::uint64_t linear = 9729;
-  constexpr std::uint64_t nearest_of_nearest = 9984;  // then linear of nearest, nearest of two, linear of two
+  // Then LINEAR_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR and LINEAR_MIPMAP_LINEAR.
+  constexpr std::uint64_t nearest_of_nearest = 9984;
   if (const auto near = sampler.find("magFilter")) {
     const std::uint64_t value = near->integer(0xffff);
     if (value != nearest && value != linear) near->fail("must be 9728 (nearest) or 9729 (linear)");
@@ -117,7 +119,7 @@ class TextureReader {
     const auto [place, is_new] = read_.try_emplace(index, -1);
     if (!is_new) return place->second;
     const JsonValue json = document_.item_of("images", index);
-    std::shared_ptr<const std::string> bytes;  // of a file those that were read, not a copy
+    std::shared_ptr<const std::string> bytes;  // those of a file are shared with its reader
     if (const auto uri = json.find("uri")) {
       bytes = read_uri(*uri, document_);
       if (!bytes) uri->warn("there is no such file: surfaces are drawn without it");
@@ -132,7 +134,7 @@ class TextureReader {
     // Many images may share bytes of a buffer, so that a small file can need much memory.
     constexpr std::uint64_t most = std::uint64_t{1} << 28;
     size_ += bytes->size();
-    if (size_ > most) json.fail("with it the images have more than {} bytes in all", most);
+    if (size_ > most) json.fail("with it the images have more than {} bytes together", most);
     place->second = static_cast<int>(images_.size());
     images_.push_back({json.place(), std::move(bytes)});
     return place->second;
@@ -174,7 +176,7 @@ Surface read_surface(const JsonValue& material, std::size_t index, TextureReader
       material.read("alphaCutoff", surface.cut_off, &JsonValue::non_negative);
     }
   }
-  surface.has_back = material.get("doubleSided", false, &JsonValue::boolean);
+  surface.is_double_sided = material.get("doubleSided", false, &JsonValue::boolean);
   surface.is_unlit = material.extension("KHR_materials_unlit").has_value();
   surface.textures[Surface::normal_texture] = textures.read(material, "normalTexture");
   if (const auto normal = material.find("normalTexture")) {
@@ -200,7 +202,7 @@ Pose facing_pose(const NodeTransform& world, const JsonValue& node) {
   axes.col(2) = world.linear.col(2).normalized();
   axes.col(0) = world.linear.col(1).cross(axes.col(2)).normalized();
   axes.col(1) = axes.col(2).cross(axes.col(0));
-  if (!(std::fabs(axes.determinant()) > 0.5)) node.fail("its transform loses the direction it faces");
+  if (!(std::fabs(axes.determinant()) > 0.5)) node.fail("its transform leaves no direction to face");
   return {world.translation, Quaternion(axes).normalized()};
 }
 
@@ -239,7 +241,7 @@ void add_light(const JsonValue& json, const GltfNode& node, const JsonValue& ref
                                                          {"spot", Light::Kind::spot}});
   const bool is_sun = light.kind == Light::Kind::directional && !scene.sun;
   if (!is_sun && scene.lights.size() == most_lights) {
-    return reference.warn("more than {} lights beside the sun: it is not drawn", most_lights);
+    return reference.warn("more than {} lights besides the sun: it is not drawn", most_lights);
   }
   if (light.kind != Light::Kind::point) {
     light.direction = facing_pose(node.world, reference).orientation * Vector3(0, 0, -1);

@@ -44,7 +44,7 @@ int TomlValues::integer(const toml::node& node, std::string_view key, int low, i
 }
 
 std::string TomlValues::text(const toml::node& node, std::string_view key) const {
-  if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
+  if (!node.is_string()) fail(node, fmt::format("'{}' must be a string in quotes", key));
   return *node.value<std::string>();
 }
 
@@ -65,12 +65,14 @@ bool TomlValues::flag(const toml::node& node, std::string_view key) const {
 
 double TomlValues::positive(const toml::node& node, std::string_view key) const {
   const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (!value || !(*value > 0 && *value < 1e6)) fail(node, fmt::format("'{}' must be a number above 0", key));
+  if (!value || !(*value > 0 && *value < 1e6))
+    fail(node, fmt::format("'{}' must be a number above 0 and below 1e6", key));
   return *value;
 }
 
 const toml::array& TomlValues::array(const toml::node& node, std::string_view key) const {
-  if (!node.is_array() || node.as_array()->empty()) fail(node, fmt::format("'{}' must be a list", key));
+  if (!node.is_array() || node.as_array()->empty())
+    fail(node, fmt::format("'{}' must be a list that is not empty", key));
   return *node.as_array();
 }
 
@@ -83,7 +85,7 @@ std::vector<Algorithm> TomlValues::algorithms(const toml::node& node, std::strin
   std::vector<Algorithm> result;
   for (const toml::node& entry : array(node, key)) {
     const auto algorithm = algorithm_named(text(entry, key));
-    if (!algorithm) fail(entry, fmt::format("'{}' must be some of a1, a2, a3, a4, a5, soft, avbd", key));
+    if (!algorithm) fail(entry, fmt::format("entries of '{}' must be a1, a2, a3, a4, a5, soft or avbd", key));
     result.push_back(*algorithm);
   }
   return result;

@@ -12,7 +12,7 @@
 namespace substep {
 
 /// A hidden file or folder that is written beside its target and then renamed to it. It is removed after an
-/// error, SIGINT or SIGTERM; that of a killed process, when the same output is written again.
+/// error, SIGINT or SIGTERM. That of a killed process is removed when the same output is written again.
 class PartialFile {
  public:
   enum class Kind { file, folder };
@@ -51,8 +51,8 @@ class PartialFileWriter {
   int slot_;
 };
 
-/// Removes all partial files of this process, which is about to end. Threads that make another one wait until
-/// it ends. May be called in a signal handler.
+/// Removes all partial files of this process, which is about to end. Threads that make another partial file
+/// wait until the process ends. May be called in a signal handler.
 void remove_partial_files() noexcept;
 
 /// A file that is written piece by piece beside its target, and then renamed to it. Devices and pipes are

@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 15> columns{"t",  "body", "x",  "y",  "z"
                                                    "qz", "vx",   "vy", "vz", "wx", "wy", "wz"};
 constexpr std::size_t first_velocity = 9;
 constexpr std::size_t absent = static_cast<std::size_t>(-1);
-/// Largest number of poses, which take about 200 MB.
+/// Most poses that are kept, in about 200 MB.
 constexpr double most_poses = 2e6;
 constexpr std::size_t longest_row = 1 << 16;
 
@@ -56,7 +56,7 @@ class Rows {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-      refuse("{} '{}' is no finite number", column, text.substr(0, 60));
+      refuse("{} '{}' is not a finite number", column, text.substr(0, 60));
     }
     return value;
   }
@@ -94,7 +94,7 @@ class Rows {
         field += static_cast<char>(c);
       }
     }
-    if (is_quoted) refuse("a quoted name has no end");
+    if (is_quoted) refuse("a quoted field has no closing quote");
   }
 
   std::string what_;
@@ -203,10 +203,10 @@ class PoseTableReader {
     BodyRows& body = bodies_[index];
     const std::string& name = scene_.bodies[index].name;
     if (body.rows == 0 && !(std::abs(sample.time) <= 1e-6 * step_)) {
-      rows_.refuse("{} begins at {} s: its first row must be of 0 s", name, sample.time);
+      rows_.refuse("{} begins at {} s: its first row must be at 0 s", name, sample.time);
     }
     if (body.rows > 0 && sample.time == body.last.time) {
-      rows_.refuse("{} has two rows of {} s", name, sample.time);
+      rows_.refuse("{} has two rows at {} s", name, sample.time);
     }
     if (body.rows > 0 && !(sample.time > body.last.time)) {
       rows_.refuse("{} goes from {} s back to {} s", name, body.last.time, sample.time);
@@ -215,7 +215,8 @@ class PoseTableReader {
     if (sample.q.angular.dot(body.last.q.angular) < 0) sample.q.angular.coeffs() *= -1;
     const double end = std::floor(sample.time / step_ + 1e-6) + 1;
     if (end * static_cast<double>(bodies_.size()) > most_poses) {
-      rows_.refuse("{} s are more than fit: {:g} poses at steps of {:g} s", sample.time, most_poses, step_);
+      rows_.refuse("{} s at steps of {:g} s are more than the {:g} poses that fit", sample.time, step_,
+                   most_poses);
     }
     const auto frames = static_cast<std::size_t>(end);
     if (states_.size() < frames) states_.resize(frames, start_);
@@ -251,7 +252,7 @@ class PoseTableReader {
       if (bodies_[i].rows == 0) rows_.refuse("the table ends without a row of {}", name);
       if (first == 0) first = i;
       if (bodies_[i].rows != bodies_[first].rows) {
-        rows_.refuse("the table ends with {} rows of {} and {} of {}: each time needs both",
+        rows_.refuse("the table ends with {} rows of {} and {} of {}: every body needs a row at every time",
                      bodies_[first].rows, scene_.bodies[first].name, bodies_[i].rows, name);
       }
       frames = std::min(frames, bodies_[i].frames);

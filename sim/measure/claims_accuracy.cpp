@@ -73,9 +73,8 @@ Claim claim3(Measurement& measurement) {
       3,
       "IV.2.2",
       "At equal row solves, n sub-steps beat n iterations: Γ̂¹(t,h,n) is better than Γ̂ⁿ(t,h)",
-      "Errors at 1 s in m, with m = 1, single rows, τ = κ = 1 and equal h. A2 makes n sweeps, then as many "
-      "as "
-      "take the solver time of A3 (3 to 8 n, fewer once converged)",
+      "Errors at 1 s in metres, with one iteration, single rows, τ = κ = 1 and equal h. A2 makes n sweeps; "
+      "at equal time as many as fit in the solver time of A3, 3 to 8 n, or fewer where it converges before",
       {"A3, n = 4", "A2, n sweeps", "A2, equal time", "A3, n = 16", "A2, n sweeps", "A2, equal time"}};
   std::vector<double> ratios;
   for (const ComparedScene& scene : {ComparedScene{"pendulum", 8},
@@ -106,7 +105,7 @@ Claim claim3(Measurement& measurement) {
 Claim claim6(Measurement& measurement) {
   Claim claim{6,
               "IV.4.1",
-              "With recomputed Jacobians A5 falls below A4: its error has a floor where A4's goes on falling",
+              "With recomputed Jacobians A5 is worse than A4: its error stops falling where A4's goes on",
               "Errors at 1 s on rod_chain with stable joints and m = 1",
               {"A4, m", "A5, m"}};
   std::map<int, double> a4;
@@ -155,7 +154,7 @@ Claim claim13(Measurement& measurement) {
 Claim claim14(Measurement& measurement) {
   Claim claim{14,
               "IV.3.2",
-              "Frozen Jacobians hurt joints, next-frame ones mend it, at the cost of damping",
+              "Frozen Jacobians open joints; next-frame Jacobians close them, at the cost of damping",
               "m = 1, after 1 s",
               {"error, m", "joint gap, m", "change of energy, J"}};
   const std::vector<std::string> names{"rod_chain", "heavy_chain"};
@@ -188,7 +187,7 @@ Claim claim14(Measurement& measurement) {
 Claim claim7(Measurement& measurement) {
   Claim claim{7,
               "IV.2.2, IV.3",
-              "A3 costs about as much as A2 with n iterations; A4 and A5 less",
+              "A3 costs about as much as A2 with n iterations; A4 and A5 cost less than A3",
               "Median solver times over A2's at equal row solves, with n = 4 and single rows",
               {"A3", "A4", "A5"}};
   bool equal = true;

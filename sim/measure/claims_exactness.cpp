@@ -181,8 +181,9 @@ Claim claim8(Measurement& measurement) {
   Claim claim{
       8,
       "IV.3.1",
-      "The bias update is exact for a body that does not rotate on a fixed plane, else of first order",
-      "Error of C in m by proc4:16 over one sub-step, or the slope of that error in the angle turned, which "
+      "The bias update is exact for a body on a fixed plane that does not rotate, else of first order",
+      "Error of the constraint value C in m by proc4:16 over one sub-step, or the slope of that error in the "
+      "angle turned, which "
       "should be 2",
       {}};
   const Vector3 linear(0.3, -0.1, 0.2);
@@ -270,13 +271,13 @@ Claim claim10(Measurement& measurement) {
 }
 
 Claim claim16(Measurement& measurement) {
-  Claim claim{
-      16,
-      "not the report's",
-      "A3 with stable joints and τ = κ = 1 is small-step position-based dynamics without compliance "
-      "(Macklin et al. 2019)",
-      "Largest distance of a body's centre in 2 s from such a program, written from the papers, with m = 1",
-      {}};
+  Claim claim{16,
+              "not the report's",
+              "A3 with stable joints and τ = κ = 1 is small-step position-based dynamics without compliance "
+              "(Macklin et al. 2019)",
+              "Largest distance of a body's centre in 2 s from an independent program of it, written from "
+              "the paper, with m = 1",
+              {}};
   double same = 0;
   const auto add = [&](const std::string& name, int n, Joints joints, double tau) {
     Settings settings = settings_of(measurement.scene(name), Algorithm::a3, n, 1, joints);

@@ -116,7 +116,7 @@ Claim claim11(Measurement& measurement) {
   claim.add("PSOR with ω = 0.8, from β", {psor}, "m/s");
   const std::vector<StabilityPoint> points = stability_map();
   const auto wrong = std::ranges::count_if(
-      points, [](const StabilityPoint& p) { return p.stable != (p.tau < stability_border(p.kappa)); });
+      points, [](const StabilityPoint& p) { return p.converges != (p.tau < stability_border(p.kappa)); });
   claim.add("points of the stability map", {static_cast<double>(points.size())});
   claim.add("points on the wrong side of τ = 4 − 2κ", {static_cast<double>(wrong)});
   claim.cases = {{"the fixed point of τ, κ", to_ratio < 1e-9 && to_beta > 0.01},
@@ -175,9 +175,10 @@ Claim claim15(Measurement& measurement) {
       15,
       "not the report's",
       "One row's limit, τ < 4 − 2κ, is not the system's: coupled rows may grow below it, and smaller "
-      "sub-steps make it worse",
-      "Spectral radius of a sub-step's map of A3 in blocks, less 1: the largest of seven positions. Turns "
-      "are the fastest of the governor with rods in 2 s, with single rows, τ = 1 and m = 1",
+      "sub-steps do not end it",
+      "Spectral radius of a sub-step's map of A3 in blocks, less 1: the largest of seven positions of the "
+      "motion. Turn: the highest angular speed in the governor with rods in 2 s, with single rows, τ = 1 and "
+      "m = 1",
       {"κ=1 τ=1 m=1", "κ=1 τ=0.6 m=1", "κ=1 τ=0.3 m=1", "κ=1 τ=1 m=4", "κ=0.7 τ=1 m=1", "κ=0.7 τ=1 m=4"}};
   double one_row = 0;  // furthest from its closed form: |1 − τ| at κ = 1
   double hinged = -1;
@@ -222,7 +223,7 @@ Claim claim17(Measurement& measurement) {
       17,
       "not the report's",
       "No τ and κ are best for all scenes",
-      "A5 with the default n, m and joints; but for the default each column has one τ and κ for all rows",
+      "A5 with the default n, m and joints; in each column but the default all rows share one τ and κ",
       {"default", "τ/κ of joints", "τ=1 κ=1", "τ=1 κ=0.7", "τ of joints, κ=0.7"}};
   const Settings usual = default_settings(Algorithm::a5);
   std::vector<Settings> tried(5, usual);

@@ -21,8 +21,8 @@ std::string optional_number(const std::optional<double>& value) {
 /// Returns an error, with ≈ where it is below a hundred uncertainties of the reference.
 std::string error_number(double value, double uncertainty) {
   constexpr double rounding = 1e-12;
-  const bool is_sure = !(value >= rounding) || value >= 100 * uncertainty;
-  return fmt::format("{}{}", is_sure ? "" : "≈", short_number(value));
+  const bool exceeds_uncertainty = !(value >= rounding) || value >= 100 * uncertainty;
+  return fmt::format("{}{}", exceeds_uncertainty ? "" : "≈", short_number(value));
 }
 
 std::string label(const MeasuredSettings& run) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A cache of references, whose computation takes most of a film's time.
+/// A cache of reference motions, whose computation takes most of a film's time.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,9 +15,9 @@ namespace substep {
 /// Returns the hash of this program's file, which marks its results; nothing where the file cannot be read.
 std::optional<std::uint64_t> program_hash();
 
-/// A folder of results by key, such as a scene's hash with the settings. A result counts only for the program
-/// that kept it, with the same key, and where no byte has changed. Files are written beside and renamed, so
-/// that several programs can use one folder. Where nothing can be written nothing is kept.
+/// A folder of results by key, such as a scene's hash with the settings. A result is used only by the program
+/// that stored it, with the same key, and where no byte has changed. Files are written under another name and
+/// renamed, so that several programs can use one folder. Where nothing can be written, nothing is stored.
 class ReferenceCache {
  public:
   static constexpr std::uintmax_t usual_bytes = 256'000'000;
@@ -46,7 +46,8 @@ class ReferenceCache {
 void to_json(nlohmann::ordered_json& json, const Coordinates& q);
 void from_json(const nlohmann::ordered_json& json, Coordinates& q);
 
-/// Returns reference_motion(), from the cache where it is there. The scene must be as its files have it.
+/// Returns reference_motion(), from the cache where it is stored. The scene must be unchanged since it was
+/// loaded.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,
                                  const ReferenceCache& cache);
 

@@ -8,7 +8,7 @@
 namespace substep {
 namespace {
 
-/// Characters that a terminal shows of UTF-8.
+/// Returns the number of code points of UTF-8 text.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(
       std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));

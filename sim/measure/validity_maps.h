@@ -1,6 +1,7 @@
 #pragma once
 /// Measures the ranges in which algorithms work: τ against κ, mass ratio against sub-steps, step against a
-/// spring's stiffness, AVBD's β against masses; and the convergence of row-by-row sweeps.
+/// spring's stiffness, AVBD's β against masses; and the convergence of row-by-row sweeps, the limits of
+/// stability and the history of a run.
 
 #include <array>
 #include <filesystem>
@@ -13,26 +14,26 @@ namespace substep {
 
 struct FrozenProblem;
 
-/// Returns the smallest scene to measure: 1 kg without gravity, `height` m above a joint to the world that
-/// holds these axes, hard or by a spring.
+/// Returns a scene of one weightless body of 1 kg that starts `height` m off a joint with the world, which
+/// holds these axes, rigidly or by a spring.
 Scene weight_on_a_joint(double height, const std::array<bool, 3>& axes, std::optional<double> stiffness = {});
 
 struct StabilityPoint {
   Algorithm algorithm;
   double tau;
   double kappa;
-  bool stable;  ///< a row that was off by 1 mm came closer
+  bool converges;  ///< a row that was off by 1 mm came closer
 };
 
-/// Returns τ on the border, above which a row is unstable. For one scalar equality row, with u = Jv and β for
-/// its state, u' = (1 − κ) u + τ β and β' = β − u'. Both eigenvalues are within the unit circle if and only
-/// if 0 < κ < 2 and 0 < τ < 4 − 2κ.
+/// Returns τ on the border, above which a row is unstable. For one scalar equality row with the state u = J v
+/// and β, u' = (1 − κ) u + τ β and β' = β − u'. Both eigenvalues are within the unit circle if and only if 0
+/// < κ < 2 and 0 < τ < 4 − 2κ.
 constexpr double stability_border(double kappa) {
   return 4 - 2 * kappa;
 }
 
 /// Runs A3, A4 and A5 on a grid over 0 < κ < 2, 0 < τ < 4 that stays 0.1 off the border: for each point one
-/// weight without gravity, whose rows are the scalar row.
+/// weightless body on a joint, whose rows each obey that recurrence.
 std::vector<StabilityPoint> stability_map();
 
 struct MassRatioPoint {
@@ -95,10 +96,10 @@ Scene lengthened_chain(const Scene& scene, int links);
 
 /// Violations and energy of a run at one time.
 struct HistoryPoint {
-  double time;
-  double joint_gap;
-  double penetration;
-  double energy_change;
+  double time;           ///< s
+  double joint_gap;      ///< m
+  double penetration;    ///< m
+  double energy_change;  ///< J
 };
 /// Returns joint gap, penetration and energy at the end of each of the scene's steps, until the run diverges.
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
@@ -106,7 +107,7 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
 /// Reads a problem's file. Throws Error that names the file, the position and the fault.
 FrozenProblem load_frozen_problem(const std::filesystem::path& file);
 
-/// The natural map's error after a number of sweeps, see sweep_rows().
+/// The residual after a number of sweeps: |λ − clamp(λ − w/Γ)|, see sweep_rows().
 struct SweepError {
   int sweeps;
   double error;

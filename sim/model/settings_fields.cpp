@@ -28,7 +28,7 @@ constexpr bool has_fields(std::index_sequence<i...> /*count*/) {
 
 static_assert(has_fields(std::make_index_sequence<settings_fields.size()>{}) &&
                   !has_fields(std::make_index_sequence<settings_fields.size() + 1>{}),
-              "settings_fields lists other fields than Settings has");
+              "settings_fields and Settings have different numbers of fields");
 
 template <typename Value>
 bool read(std::string_view text, Value& value) {
@@ -59,7 +59,8 @@ const SettingsField* contacts_field_of(const SettingsField& field) {
   return found == settings_fields.end() ? nullptr : &*found;
 }
 
-/// Resets the contacts' own values in the group of a field that holds for all rows and was set by its name.
+/// Sets the contacts' own values in the group of `field` to 0, that is to the value of all rows, where that
+/// was set by its name.
 void set_for_all(Settings& settings, const SettingsField& field) {
   if (!contacts_field_of(field)) return;
   for (const SettingsField& other : settings_fields) {
@@ -136,12 +137,12 @@ bool set(Settings& settings, const SettingsField& field, std::string_view text) 
 
 std::optional<double> fraction_in(std::string_view text) {
   const std::size_t slash = text.find('/');
-  double above = 0;
-  double below = 1;
-  if (!read(text.substr(0, slash), above)) return std::nullopt;
-  if (slash != std::string_view::npos && !read(text.substr(slash + 1), below)) return std::nullopt;
-  if (below == 0) return std::nullopt;
-  return above / below;
+  double numerator = 0;
+  double denominator = 1;
+  if (!read(text.substr(0, slash), numerator)) return std::nullopt;
+  if (slash != std::string_view::npos && !read(text.substr(slash + 1), denominator)) return std::nullopt;
+  if (denominator == 0) return std::nullopt;
+  return numerator / denominator;
 }
 
 bool set_typed(Settings& settings, const SettingsField& field, std::string_view text) {
@@ -203,7 +204,9 @@ std::string settings_help() {
       "in\n"
       "--set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels of films "
       "and\n"
-      "players take the same keys: --panel a5,n=4. A value after a slash is that of contacts.\n\n";
+      "players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a slash; "
+      "in other\n"
+      "numbers a slash is a fraction: step=1/60.\n\n";
   for (const SettingsField& field : settings_fields) {
     const bool is_number = !std::holds_alternative<Algorithm Settings::*>(field.member) &&
                            !std::holds_alternative<Joints Settings::*>(field.member);

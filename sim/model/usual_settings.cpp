@@ -51,7 +51,7 @@ Settings usual_settings(const Scene& scene, Algorithm algorithm) {
   if (is_of_report(algorithm)) settings.substeps = scene.substeps;
   if (algorithm == Algorithm::a2) settings.iterations = scene.substeps;
   if (!has_loop(scene, Springs::count)) return settings;
-  constexpr int iterations_in_loop = 200;  // a spatial four-bar's energy: 4.6 % off; with 30 16 %
+  constexpr int iterations_in_loop = 200;  // a spatial four-bar's energy is off by 4.6 %; with 30, by 16 %
   constexpr double largest_ratio_for_plain = 50;
   if (algorithm == Algorithm::a2) settings.iterations = std::max(settings.iterations, iterations_in_loop);
   if (algorithm == Algorithm::a3 && mass_ratio(scene) <= largest_ratio_for_plain)

@@ -18,10 +18,11 @@ enum class Springs { count, skip };
 bool has_loop(const Scene& scene, Springs springs);
 
 /// Returns default_settings() with the scene's step. A1 to A5 get the scene's sub-steps n too, and A2 n
-/// iterations, which are as many row solves. Where joints close a loop, A3 takes 'plain' joints, which lose 1
-/// % of a four-bar's kinetic energy in 5 s where 'stable' ones lose 24 %; in A4 and A5 'stable' ones lose
-/// less. But loads of more than fifty times their mass make links stiff in the transverse direction, which
-/// only 'stable' joints hold. A2 takes 200 iterations at least there: with 10 a governor diverges.
+/// iterations, which are as many row solves as n sub-steps. Where joints close a loop, A3 takes 'plain'
+/// joints, which lose 1 % of a four-bar's kinetic energy in 5 s where 'stable' ones lose 24 %; A4 and A5 take
+/// 'stable' ones, which lose less than 'plain' ones there. But loads of more than fifty times their mass make
+/// links stiff in the transverse direction, which only 'stable' joints hold. In loops A2 takes at least 200
+/// iterations: with 10 a governor diverges.
 Settings usual_settings(const Scene& scene, Algorithm algorithm);
 
 }  // namespace substep

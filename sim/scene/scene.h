@@ -134,7 +134,7 @@ struct Surface {
   double cut_off = 0.5;
   std::array<double, 3> emission{};  ///< linear RGB radiance; a white surface in full light has 1
   bool is_unlit = false;             ///< shows its base colour whatever the light
-  bool has_back = true;              ///< is seen from behind too
+  bool is_double_sided = true;       ///< is seen from behind too
   double normal_scale = 1;
   double occlusion_strength = 1;
   std::array<Texture, 5> textures;  ///< by Role

@@ -16,7 +16,7 @@ namespace substep {
 namespace {
 
 std::string price_text(const SweepRecord& record) {
-  if (record.times) return fmt::format("{:.2g} ms of CPU a simulated second", 1000 * cost_of(record));
+  if (record.times) return fmt::format("{:.2g} ms of CPU a simulated second", 1000 * cpu_time_of(record));
   return fmt::format(
       "{} rows a simulated second",
       static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
@@ -67,19 +67,20 @@ std::string choice_text(const std::vector<SweepRecord>& records) {
   const auto coarse = cheapest(records, 0.01);
   const auto fine = cheapest(records, 0.001);
   if (!coarse) return fmt::format("No run stays within 1 % of the scene's size: {}. ", beyond_text(records));
-  std::string text =
-      fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
-                  spoken(*coarse, has_joints(records)), price_text(*coarse), percent(miss_of(*coarse)));
+  std::string text = fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
+                                 spoken(*coarse, has_joints(records)), price_text(*coarse),
+                                 percent(error_or_gap_of(*coarse)));
   if (!fine) return text + "; no run gets to 0.1 %. ";
   if (fine->key == coarse->key) return text + "; nothing cheaper gets to 0.1 % either. ";
   return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine, has_joints(records)),
-                            price_text(*fine), percent(miss_of(*fine)));
+                            price_text(*fine), percent(error_or_gap_of(*fine)));
 }
 
 const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
-    if (is_own_run(record) && record.metrics->bounded && (!best || miss_of(record) < miss_of(*best)))
+    if (is_own_run(record) && record.metrics->bounded &&
+        (!best || error_or_gap_of(record) < error_or_gap_of(*best)))
       best = &record;
   }
   return best;
@@ -100,7 +101,7 @@ double energy_error(const SweepRecord& record, const SweepRecord& best) {
 /// run is bounded.
 bool is_good(const SweepRecord& record, const SweepRecord* best, double tolerance) {
   const Metrics& x = *record.metrics;
-  if (!x.bounded || !(miss_of(record) <= tolerance)) return false;
+  if (!x.bounded || !(error_or_gap_of(record) <= tolerance)) return false;
   const double limit = tolerance * record.size;
   // Allow ten times as much for energy, which is measured over the whole run
   return x.joint_gap <= limit && x.penetration <= limit && energy_error(record, *best) <= 10 * tolerance;
@@ -144,7 +145,7 @@ std::string late_text(const std::vector<SweepRecord>& records) {
 
 }  // namespace
 
-double cost_of(const SweepRecord& record) {
+double cpu_time_of(const SweepRecord& record) {
   return record.times ? record.times->median / record.duration : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -153,7 +154,7 @@ bool is_own_run(const SweepRecord& record) {
 }
 
 double time_or_rows(const SweepRecord& record) {
-  if (record.times) return cost_of(record);
+  if (record.times) return cpu_time_of(record);
   // A scene without constraints has no rows, and costs something.
   return std::max(static_cast<double>(record.metrics->row_solves), 1.0);
 }
@@ -200,7 +201,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
   double error = infinity;
   for (const SweepRecord& record : candidates) {
     // A gain that cannot be seen is none.
-    const double own = std::max(miss_of(record), 1e-9);
+    const double own = std::max(error_or_gap_of(record), 1e-9);
     if (own < 0.8 * error) {
       best.push_back(record);
       error = own;
@@ -220,7 +221,7 @@ std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecor
   for (const SweepRecord& record : family) {
     const double error = error_of(record);
     const bool is_lost = !std::isfinite(error) || error > 1;
-    if (!is_lost && error > smallest_plotted_error && is_sure(record))
+    if (!is_lost && error > smallest_plotted_error && exceeds_uncertainty(record))
       points.emplace_back(sub_step_of(record.settings), error);
   }
   std::ranges::sort(points);
@@ -239,7 +240,7 @@ std::optional<double> measured_order(const std::vector<SweepRecord>& family) {
   std::vector<std::array<double, 2>> points;
   for (const SweepRecord& record : family) {
     const double error = error_of(record);
-    if (record.metrics->bounded && error > smallest_plotted_error && is_sure(record)) {
+    if (record.metrics->bounded && error > smallest_plotted_error && exceeds_uncertainty(record)) {
       points.push_back({std::log2(sub_step_of(record.settings)), std::log2(error)});
     }
   }

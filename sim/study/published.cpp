@@ -214,7 +214,7 @@ void add_figures(const std::vector<Job>& jobs, std::size_t number, std::size_t r
         }
         lines[i].measured[job.algorithm] = figure;
         if (figure.is_bad() && std::ranges::find(run.judged, job.algorithm) != run.judged.end())
-          lines[i].lost.push_back(job.algorithm);
+          lines[i].missed_by.push_back(job.algorithm);
       }
       time.measured[job.algorithm] = {"", "ms", Bound::equal, 0, 0, job.milliseconds};
     }
@@ -243,7 +243,7 @@ double rank_of(const PublishedFigure& line) {
   double worst = 0;
   for (const auto& [algorithm, figure] : line.measured)
     worst = std::max(worst, figure.error() / figure.tolerance);
-  return line.lost.empty() ? worst : above_all_errors + worst;
+  return line.missed_by.empty() ? worst : above_all_errors + worst;
 }
 
 /// Returns a table with a row for each figure, at most the four of highest rank, and a column for each run's
@@ -294,7 +294,7 @@ std::vector<PublishedResult> read_published(const fs::path& file) {
 }
 
 bool PublishedMeasurement::is_met() const {
-  return std::ranges::all_of(figures, [](const PublishedFigure& line) { return line.lost.empty(); });
+  return std::ranges::all_of(figures, [](const PublishedFigure& line) { return line.missed_by.empty(); });
 }
 
 std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedResult>& results,
@@ -339,7 +339,7 @@ std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
   for (const PublishedMeasurement& measurement : measurements) {
     std::vector<std::string> lost;
     for (const PublishedFigure& line : measurement.figures) {
-      for (const Algorithm algorithm : line.lost) {
+      for (const Algorithm algorithm : line.missed_by) {
         const std::string entry = fmt::format("{}, {}", title_of(algorithm), line.run);
         if (std::ranges::find(lost, entry) == lost.end()) lost.push_back(entry);
       }

@@ -3,7 +3,7 @@
 ///
 ///     [[result]]
 ///     name = "P1 Kapla tower"
-///     scenes = ["published/kapla.gltf"]           # relative to the file; their expectations decide
+///     scenes = ["published/kapla.gltf"]           # relative to the file; met where their expectations are
 ///     rule = "A1 and A5 stand at the default"     # in words, for the page
 ///     reported = [["RaiSim", "10 iterations", "25 steps"]]
 ///
@@ -14,11 +14,10 @@
 ///     settings = { substeps = 10 }                # fields of settings_fields.h
 ///     steps = 2                                   # steps of the scene per step of the run
 ///     duration = 6                                # s, where it is shorter than the scene's
-///     against = "n = 4"                           # figures are ratios: of this earlier run to this one
-///     at_least = 4                                # with `against`: the least ratio
-///     time = true                                 # also the mean CPU time of a step
-///     forget_patches = true                       # each step forms its contact patches anew
-///     quick = true                                # belongs to the quick subset
+///     against = "n = 4"                           # figures are ratios: of the earlier run of this name to
+///     this run at_least = 4                                # with `against`: the least ratio time = true #
+///     also the mean CPU time of a step forget_patches = true                       # each step forms its
+///     contact patches anew quick = true                                # belongs to the quick subset
 
 #include <filesystem>
 #include <functional>
@@ -65,8 +64,7 @@ struct PublishedFigure {
   std::string run;
   std::map<Algorithm, ExpectedFigure> measured;
   bool is_time = false;
-  /// The judged algorithms that miss the figure.
-  std::vector<Algorithm> lost;
+  std::vector<Algorithm> missed_by;  ///< of the judged algorithms
 };
 
 struct PublishedMeasurement {
@@ -87,7 +85,7 @@ struct PublishedOptions {
 std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedResult>& results,
                                                     const PublishedOptions& options);
 
-/// Returns each result's verdict and tables, lost results first.
+/// Returns each result's verdict and tables, results that are not met first.
 std::string to_markdown(const std::vector<PublishedMeasurement>& measurements);
 
 }  // namespace substep

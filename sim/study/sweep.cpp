@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns everything that a job's result depends on beside its key.
+/// Returns a hash of everything besides its key that a job's result depends on.
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text = fmt::format("{:x} {:x} {} {} {} {} {}", program_hash().value_or(0), scene.hash,
@@ -35,7 +35,7 @@ fs::path file_of(const fs::path& results, const SweepJob& job) {
   return results / "jobs" / (job.key + ".json");
 }
 
-/// The first line of a job's file: what the result was made from, and what it was.
+/// Returns the first line of a job's file: hashes of what the result was made from, and of the result.
 std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view record) {
   return fmt::format("{} {:016x}", fingerprint(sweep, job), fnv1a(record));
 }
@@ -44,7 +44,7 @@ std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view recor
 enum class JobFile {
   none,
   other,    ///< of another build, scene or sweep file
-  damaged,  ///< neither that nor done
+  damaged,  ///< its first line is no seal, or not that of its record
   done,
 };
 
@@ -53,13 +53,13 @@ struct FoundJob {
   std::string record;  ///< of one that is done
 };
 
-/// A job's file has a line with the seal, then the record.
+/// Reads a job's file: a line with the seal, then the record.
 FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
   constexpr std::size_t digits = 16;
   const fs::path file = file_of(results, job);
   if (!fs::exists(file)) return {};
   if (!fs::is_regular_file(file)) {
-    throw Error(fmt::format("{}: is no file, where a job's result belongs: remove it", file.string()));
+    throw Error(fmt::format("{}: is not a file: remove it, to make room for a job's result", file.string()));
   }
   const std::string text = content_of(file).value_or("");
   const std::size_t end = std::min(text.find('\n'), text.size());
@@ -72,8 +72,8 @@ FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& 
   return {JobFile::done, std::move(record)};
 }
 
-void measure_peer(const Sweep& sweep, const Scene& scene, const ReferenceMotion& reference,
-                  SweepRecord& record) {
+void measure_engine(const Sweep& sweep, const Scene& scene, const ReferenceMotion& reference,
+                    SweepRecord& record) {
   const Engine* const engine = find_engine(record.engine);
   record.label = fmt::format("{}  h={:g}", engine ? engine->label : record.engine, record.settings.step);
   if (!engine) {
@@ -104,7 +104,7 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   record.horizon = reference.horizon;
   record.divergence_point = reference.divergence_point;
   if (!job.engine.empty()) {
-    measure_peer(sweep, scene, reference, record);
+    measure_engine(sweep, scene, reference, record);
     return record;
   }
   record.substep_radius = substep_radius(scene, job.settings);
@@ -121,8 +121,8 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   return record;
 }
 
-/// Rows and steps, roughly: for the time left, and so that long jobs are not the last ones.
-double cost_of(const Sweep& sweep, const SweepJob& job) {
+/// Returns a rough estimate of a job's work: to show the time that is left, and to start long jobs first.
+double estimated_work(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const double size = static_cast<double>(scene.bodies.size() + 8 * scene.colliders.size());
   const Settings& s = job.settings;
@@ -149,8 +149,8 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
     if (found_job(sweep, options.results, sweep.jobs[i]).file != JobFile::done)
       open.push_back(&sweep.jobs[i]);
   }
-  // The order of work says nothing about the results: the longest first.
-  const auto cost = [&](const SweepJob* job) { return cost_of(sweep, *job); };
+  // Start the longest jobs first. The order does not change the results.
+  const auto cost = [&](const SweepJob* job) { return estimated_work(sweep, *job); };
   std::ranges::stable_sort(open, std::ranges::greater(), cost);
   const int threads = options.threads > 0
                           ? options.threads
@@ -162,7 +162,7 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   for (const auto& [name, reference] : references) names.push_back(name);
   double total = 0;
   for (const SweepJob* job : open) total += cost(job);
-  // References are some tenth of the work.
+  // References are about a tenth of the work.
   const double reference_cost = names.empty() ? 0 : 0.1 * total / static_cast<double>(names.size());
   total *= 1.1;
   std::atomic<double> done{0};

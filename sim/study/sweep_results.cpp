@@ -223,7 +223,7 @@ bool turns_in_place(const std::vector<SweepRecord>& records) {
   });
 }
 
-bool is_sure(const SweepRecord& record) {
+bool exceeds_uncertainty(const SweepRecord& record) {
   const double error = error_of(record);
   if (!std::isfinite(error)) return true;
   const bool turns = !(record.metrics->error.position.rms > 0);
@@ -231,13 +231,13 @@ bool is_sure(const SweepRecord& record) {
   return error < smallest_plotted_error || error >= 100 * uncertainty;
 }
 
-double miss_of(const SweepRecord& record) {
+double error_or_gap_of(const SweepRecord& record) {
   if (has_reference(record) || !record.metrics) return error_of(record);
   if (record.metrics->diverged) return infinity;
   return std::max(record.metrics->joint_gap, record.metrics->penetration) / record.size;
 }
 
-std::string miss_title(const std::vector<SweepRecord>& records) {
+std::string error_or_gap_title(const std::vector<SweepRecord>& records) {
   if (!has_reference(records.front())) return "gap or overlap / size";
   return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
 }

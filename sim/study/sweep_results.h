@@ -21,15 +21,15 @@ bool is_other_engine(const SweepRecord& record);
 /// Returns the RMS error over the scene's size; for bodies that turn in place the RMS turn in rad. It is not
 /// finite where the run ended early.
 double error_of(const SweepRecord& record);
-/// Returns error_of(); where the reference ends at the start, the largest joint gap or overlap over the
-/// scene's size.
-double miss_of(const SweepRecord& record);
-/// Returns the title of miss_of() for these records of one scene: "RMS error / size" or another.
-std::string miss_title(const std::vector<SweepRecord>& records);
+/// Returns error_of(); where the reference is known at the start alone, the largest joint gap or overlap over
+/// the scene's size.
+double error_or_gap_of(const SweepRecord& record);
+/// Returns the title of error_or_gap_of() for these records of one scene: "RMS error / size" or another.
+std::string error_or_gap_title(const std::vector<SweepRecord>& records);
 bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
 /// (below `smallest_plotted_error`).
-bool is_sure(const SweepRecord& record);
+bool exceeds_uncertainty(const SweepRecord& record);
 
 /// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of an
 /// engine.
@@ -38,11 +38,11 @@ struct RunFamily {
   std::vector<SweepRecord> runs;
 };
 
-/// Returns the families of one scene's records, A1 first. Families of A3 to A5 have the fewest measured
-/// iterations and the scene's step, or all steps where n is the same.
+/// Returns the families of one scene's records, A1 first. Families of A3 to A5 are of the runs with the
+/// fewest measured iterations: those at the scene's step or, where n never changes, those at all steps.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
 
-/// Measured runs that are in no family, for one reason.
+/// Measured runs that are in no family for the same reason.
 struct RunsLeftOut {
   std::string title;
   std::string reason;
@@ -57,17 +57,18 @@ bool has_contacts(const std::vector<SweepRecord>& records);
 /// Returns true where joints opened in some run: the sweep ran the scene for its joints.
 bool has_joints(const std::vector<SweepRecord>& records);
 
-/// Returns the runs of A3 with single rows and of A2 with as many row solves, at the scene's step and τ = κ =
-/// 1.
+/// Returns the runs at the scene's step and τ = κ = 1 of A3 with joints=rows and m = 1, and those of A2, with
+/// any m: the row solves of A3 with n sub-steps are those of A2 with m = n.
 std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
 
 /// Returns the largest step of the records, which is the scene's.
 double scene_step(const std::vector<SweepRecord>& records);
 
-/// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
+/// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11, where only rounding is
+/// left.
 std::string percent(double share);
 
-/// Smallest error in plots: smaller ones are rounding, and are drawn here.
+/// Smallest error in plots: smaller ones are drawn here.
 inline constexpr double smallest_plotted_error = 1e-10;
 
 /// Returns true for a measured run of one of the five algorithms.
@@ -91,16 +92,17 @@ std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, dou
 std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
 
 /// Returns the CPU time of a simulated second, s; NaN where there are no times.
-double cost_of(const SweepRecord& record);
+double cpu_time_of(const SweepRecord& record);
 
-/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that fail later.
+/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that fail although
+/// coarser ones do not.
 std::string advice(const std::vector<SweepRecord>& records);
 
 /// Returns the order of the error in h/n: the least-squares slope of a family's finest four runs whose error
 /// is above the reference's uncertainty. Nothing with fewer than three.
 std::optional<double> measured_order(const std::vector<SweepRecord>& family);
 
-/// Returns the order from each run to the next with half its h/n: the geometric middle of the two (s) and the
+/// Returns the order from each run to the next with half its h/n: the geometric mean of the two (s) and the
 /// slope. Diverged runs and errors near the reference's uncertainty have none.
 std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family);
 

@@ -94,7 +94,7 @@ def steps(program: Program, table: Table, share: float) -> None:
         short = program.run(words + str(count / 6000))[1]
         seconds, memory, said = program.run(words + str(count / 60))
         gap = float(re.search(r"largest joint gap (\S+) m", said)[1])
-        energy = float(re.search(r"energy above the start's by up to (\S+) J", said)[1])
+        energy = float(re.search(r"largest rise of the energy above the start's (\S+) J", said)[1])
         table.add(f"{count} steps of {scene} by A3", seconds, f"{memory:.0f} ({memory - short:+.1f})",
                   f"joint gap {gap:g} m, energy {energy:+g} J",
                   gap <= most_gap and energy <= most_energy and memory - short <= MORE_MEMORY)

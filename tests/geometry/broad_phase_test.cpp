@@ -35,7 +35,7 @@ std::vector<Bounds> random_boxes(std::mt19937& random, int count, const Vector3&
   return boxes;
 }
 
-TEST(BroadPhase, FindsPairsOfBruteForce) {
+TEST(BroadPhase, FindsSamePairsAsBruteForce) {
   std::mt19937 random(1);
   BroadPhase broad_phase;
   Pairs pairs;

@@ -34,7 +34,7 @@ Quaternion random_orientation(std::mt19937& random);
 /// Returns a point that is uniform in [-reach, reach]³.
 Vector3 random_point(std::mt19937& random, double reach);
 
-/// Returns the rotation by `angle` about `axis`, through libm.
+/// Returns the rotation by `angle` about `axis`, computed with libm and not with the project's own sine.
 Quaternion turn(double angle, const Vector3& axis);
 
 /// Returns the number of random pairs to compare with an oracle: `usual`, or the value of
@@ -42,7 +42,7 @@ Quaternion turn(double angle, const Vector3& axis);
 int oracle_pairs(int usual);
 
 /// Returns a square of side × side cells in the plane y = 0 about the origin, each of two triangles. `uneven`
-/// shifts inner corners in the plane by up to that fraction of a cell and turns the diagonals at random.
+/// shifts inner corners in the plane by up to that fraction of a cell and flips diagonals at random.
 TriangleMesh flat_mesh(int side, double cell, double uneven);
 
 /// Returns the faces of a polytope as triangles.
@@ -52,8 +52,8 @@ Contacts contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 
 double lowest_distance(const Contacts& points);
 
-/// Returns which law of contacts is violated; empty: none. Contacts are finite, with unit normals and a
-/// distance below the margin that is that of their two points.
+/// Returns which law of contacts is violated; empty: none. Contacts are finite and have unit normals. Their
+/// distance is below the margin and equals that of their two points.
 std::string complaint(const Contacts& points, double margin);
 
 /// Expects the contacts of (b, a) to be those of (a, b) with a and b exchanged.

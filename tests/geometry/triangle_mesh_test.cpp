@@ -14,7 +14,7 @@
 namespace substep {
 namespace {
 
-/// Neighbouring triangles share a leaf in any order of the file, so that a search visits few.
+/// Neighbouring triangles share a leaf in any order of the file, so that a search visits few leaves.
 TEST(TriangleMesh, LeavesHoldNeighbours) {
   const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
   std::vector<Triangle> triangles = ordered.triangles;
@@ -48,7 +48,7 @@ TEST(TriangleMesh, RefusesDegenerateMeshes) {
             "hill.gltf: /meshes/2: triangle 0 has the vertex 3; there are 3");
 }
 
-TEST(TriangleMesh, FindsTrianglesOfBruteForce) {
+TEST(TriangleMesh, FindsSameTrianglesAsBruteForce) {
   std::mt19937 random(7);
   const Polytope hull = test::random_hull(random, 400);
   const TriangleMesh mesh = make_triangle_mesh(hull.vertices, test::triangles_of(hull), "hull");
@@ -130,7 +130,7 @@ TEST(WeldedPoints, CollidingHashesCostLittle) {
     wrong += points[first[i]] != points[i] || first[i] > i || (i >= count && first[i] >= count);
   }
   EXPECT_EQ(wrong, 0U);
-  // Without the sort it would be 25 000 a point.
+  // Without a fallback to sorting they would be 25 000 for each point.
   EXPECT_LT(comparisons, 60 * points.size());
 }
 

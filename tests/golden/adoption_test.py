@@ -94,7 +94,7 @@ def a_damaged_scene_beside_a_changed_one(folder):
     text = project.shell("substep check", 1)
     expect(project.verdicts() == {"box_stack.a3": "scene changed", "box_stack.a5": "scene changed",
                                   "pendulum.a3": "error", "pendulum.a5": "error"}, project.verdicts())
-    expect("cause    mass or inertia of box_1" in text, text)
+    expect("cause    mass, inertia or gravity factor of box_1" in text, text)
     expect(text.count("FAILED") == 2, f"each of two groups is shown once\n{text}")
     junit = project.junit()
     expect((junit.get("errors"), junit.get("failures")) == ("2", "2"), junit.attrib)

@@ -117,7 +117,7 @@ TEST_F(CheckTest, BlamesSceneForLightInItsFile) {
   suite_.make_goldens();
   suite_.change_light();
   expect(Verdict::scene_changed);
-  EXPECT_EQ(result_.cause, "placement or strength of light");
+  EXPECT_EQ(result_.cause, "pose, field of view, brightness or colour of light");
   EXPECT_TRUE(result_.poses.passes);
   EXPECT_FALSE(result_.images.at(0).passes);
   change_hash(13);
@@ -142,7 +142,7 @@ TEST_F(CheckTest, BlamesLoadingOfTheSameFile) {
   expect(Verdict::pass);  // it moves as it did
   change_hash(1);
   expect(Verdict::loading_changed);
-  EXPECT_EQ(result_.cause, "mass or inertia of box_3");
+  EXPECT_EQ(result_.cause, "mass, inertia or gravity factor of box_3");
 }
 
 TEST_F(CheckTest, ReportsEachMissingGolden) {

@@ -231,7 +231,7 @@ TEST_P(EachSimulationFault, IsFoundInItsFrame) {
   EXPECT_FALSE(passes(result.poses.motion.judgement));
   if (std::string(GetParam().name) != "SignOfGravityForABody") return;
   // The ball is drawn at another height long before half a second, and some frame is the first to show it.
-  EXPECT_TRUE(result.poses.visible_is_fact);
+  EXPECT_TRUE(result.poses.visible_frame_is_certain);
   EXPECT_GE(result.poses.visible_frame, 1);
   EXPECT_LT(result.poses.visible_frame, 20);
 }
@@ -277,7 +277,7 @@ TEST(LoadingFault, MassOfABody) {
   const CheckResult result =
       check_with_loader("box_stack", [](Scene& scene) { body(scene, "box_3").inverse_mass *= 0.5; });
   EXPECT_EQ(result.verdict, Verdict::loading_changed) << result.text;
-  EXPECT_EQ(result.cause, "mass or inertia of box_3");
+  EXPECT_EQ(result.cause, "mass, inertia or gravity factor of box_3");
 }
 
 /// Expresses all parts of a body in another frame, as a loader that ignores the body's own frame.
@@ -305,7 +305,7 @@ TEST(LoadingFault, CentreOfMassIgnored) {
   EXPECT_FALSE(result.poses.passes);
   EXPECT_FALSE(result.images.back().passes);
   EXPECT_EQ(result.verdict, Verdict::loading_changed) << result.text;
-  EXPECT_EQ(result.cause.find("start of handle"), 0U) << result.cause;
+  EXPECT_EQ(result.cause.find("initial pose or velocity of handle"), 0U) << result.cause;
 }
 
 /// A case whose golden picture of the last frame is drawn of a faulty scene.

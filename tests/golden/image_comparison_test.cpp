@@ -23,14 +23,14 @@ struct VectorPair {
   std::string name;
   render::Image expected;
   render::Image actual;
-  double flip_mean = 0;  ///< the authors' program's map, summed in double precision
+  double flip_mean = 0;  ///< of the map of FLIP's authors' program, accumulated in double precision
   double flip_min = 0;
   double flip_max = 0;
   int max_difference = 0;
   int above_0 = 0, above_2 = 0, above_8 = 0, above_16 = 0;
 };
 
-/// Reads values.csv: its second column is text in quotes, the others are plain numbers.
+/// Reads values.csv: its second column is a quoted string, the others are plain numbers.
 std::vector<VectorPair> vector_pairs() {
   const std::filesystem::path folder = std::filesystem::path(test::source_folder) / "golden/vectors";
   std::ifstream file(folder / "values.csv");
@@ -58,7 +58,7 @@ std::vector<VectorPair> vector_pairs() {
   return pairs;
 }
 
-TEST(ImageComparison, CountsPixelsOfVectors) {
+TEST(ImageComparison, CountsPixelsOfTestVectors) {
   const std::map<std::string, Judgement> expected{
       {"00_identical", Judgement::exact},        {"01_solid_shift", Judgement::count},
       {"02_shift_1px", Judgement::hard},         {"03_noise_pm8", Judgement::count},
@@ -110,7 +110,7 @@ TEST(ImageComparison, FindsBoxAndLargestDifference) {
   EXPECT_EQ(c.judgement, Judgement::within);
 }
 
-TEST(ImageComparison, FailsAboveEachLimit) {
+TEST(ImageComparison, FailsAboveHardAndCountLimits) {
   const render::Image expected = grey(96, 96);
   const auto with = [&](int pixels, int by) {
     render::Image image = expected;
@@ -127,7 +127,7 @@ TEST(ImageComparison, FailsAboveEachLimit) {
   EXPECT_EQ(judged(with(21, 3), {}), Judgement::within);
 }
 
-TEST(ImageComparison, BlankPictureHasOneColor) {
+TEST(ImageComparison, BlankPictureVariesByTwoLevelsAtMost) {
   render::Image image = grey(20, 20);
   EXPECT_TRUE(is_blank(image));
   image.pixel(3, 3)[0] = 102;

@@ -117,18 +117,21 @@ TEST_F(ReportTest, GroupsOneChangeOfManyScenes) {
     results["cases"].back()["scene"] = scene;
     results["cases"].back()["cause"] = cause;
   };
-  for (int i = 0; i < 9; ++i) add(fmt::format("{}.gltf", i), "placement or strength of light");
-  add("heavy.gltf", "mass or inertia of a; placement or strength of camera, light");
+  for (int i = 0; i < 9; ++i)
+    add(fmt::format("{}.gltf", i), "pose, field of view, brightness or colour of light");
+  add("heavy.gltf",
+      "mass, inertia or gravity factor of a; pose, field of view, brightness or colour of camera, light");
   add("one.gltf", "gone: d");
   std::string lines;
   for (const FailureGroup& group : failure_groups(results)) lines += group.line() + "\n";
-  EXPECT_EQ(
-      lines,
-      "10 cases, scene changed: placement or strength of light, 10 of 12 cases, of 10 scenes, all a3; "
-      "simplest: "
-      "bouncing_balls.a3\n"
-      "bouncing_balls.a3, scene changed: gone: d\n"
-      "bouncing_balls.a3, scene changed: mass or inertia of a; placement or strength of camera, light\n");
+  EXPECT_EQ(lines,
+            "10 cases, scene changed: pose, field of view, brightness or colour of light, 10 of 12 cases, of "
+            "10 scenes, all a3; "
+            "simplest: "
+            "bouncing_balls.a3\n"
+            "bouncing_balls.a3, scene changed: gone: d\n"
+            "bouncing_balls.a3, scene changed: mass, inertia or gravity factor of a; pose, field of view, "
+            "brightness or colour of camera, light\n");
 }
 
 TEST_F(ReportTest, GroupsFailuresOfOneAlgorithm) {

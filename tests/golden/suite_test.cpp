@@ -119,9 +119,10 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
                     "120",
                     frame));
   }
-  expect_refused("images = 3", "3: 'images' must be a list");
+  expect_refused("images = 3", "3: 'images' must be a list that is not empty");
   expect_refused("size = [320]", "3: 'size' must be [width, height]");
-  expect_refused("algorithms = [\"a6\"]", "3: 'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
+  expect_refused("algorithms = [\"a6\"]",
+                 "3: entries of 'algorithms' must be a1, a2, a3, a4, a5, soft or avbd");
   expect_refused("tolerance = { flip = -1 }", flip);
   expect_refused("tolerance = { flip = nan }", flip);
   expect_refused("settings = { joints = \"stiff\" }", "3: 'joints' must be rows, plain or stable");
@@ -144,7 +145,7 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
       "poses = \"a5.csv\"",
       "1: 'a5' cannot name a run: its file needs a name of letters, digits, _ and -, other than an "
       "algorithm's");
-  expect_refused("command = []", "3: 'command' must be a list");
+  expect_refused("command = []", "3: 'command' must be a list that is not empty");
   EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
 }
 

@@ -128,14 +128,14 @@ TEST_F(PoseTable, NamesLineOfWhatIsWrong) {
            {",note", ",vx", "the header lacks vy, vz, wx, wy, wz"},
            {"crate,0,1", "crane,0,1", "rig.csv:2: test has no body 'crane': there are crate, a, \"b\", lift"},
            {"crate,0,1,0,0,0,0,0,0,from\n", "", "crate begins at 0.25 s"},
-           {"crate,0,1,0", "crate,0,nan,0", "rig.csv:2: qw 'nan' is no finite number"},
-           {"crate,0,1,0", "crate,0,,0", "rig.csv:2: qw '' is no finite number"},
+           {"crate,0,1,0", "crate,0,nan,0", "rig.csv:2: qw 'nan' is not a finite number"},
+           {"crate,0,1,0", "crate,0,,0", "rig.csv:2: qw '' is not a finite number"},
            {"crate,0,1,0", "crate,0,0,0", "rig.csv:2: the quaternion is not of length 1"},
            {"0,from", "from", "rig.csv:2: 10 fields are expected as in the header, not 9"},
-           {"crate,0.25", "crate,0", "rig.csv:4: crate has two rows of 0 s"},
+           {"crate,0.25", "crate,0", "rig.csv:4: crate has two rows at 0 s"},
            {"crate,0.25", "crate,-1", "rig.csv:4: crate goes from 0 s back to -1 s"},
-           {"crate,0.25", "crate,1e300", "rig.csv:4: 1e+300 s are more than fit"},
-           {"\"\"\",0.25,", "\"\"\n0.25,", "rig.csv:5: a quoted name has no end"}}) {
+           {"crate,0.25", "crate,1e300", "rig.csv:4: 1e+300 s at steps of"},
+           {"\"\"\",0.25,", "\"\"\n0.25,", "rig.csv:5: a quoted field has no closing quote"}}) {
     EXPECT_THAT(refusal(from, to), HasSubstr(words));
   }
   EXPECT_THAT(refusal(example_table() + "crate,0.3,1,0,0,0,0,0,0,\n"),

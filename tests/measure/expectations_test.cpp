@@ -206,6 +206,15 @@ TEST(Expectations, EndsStaysAtFirstCrossing) {
   EXPECT_TRUE(cut[0].is_bad());
 }
 
+TEST(Expectations, PosesShowTheFirstQuantityOfPositions) {
+  Scene scene = two_bodies();
+  EXPECT_EQ(expectation_of_poses(scene), nullptr);
+  Expectation crossing = of(Quantity::displacement, 1);
+  crossing.reading = Reading::crossing;
+  scene.expected = {at(1, Quantity::speed), crossing, at(1, Quantity::joint_gap), at(1, Quantity::position)};
+  EXPECT_EQ(expectation_of_poses(scene), &scene.expected[2]);
+}
+
 TEST(Expectations, ReadsContactsOfTheStep) {
   Scene scene = two_bodies();
   Expectation work = of(Quantity::contact_work, 0);

@@ -149,6 +149,7 @@ TEST(Json, RoundTripKeepsBits) {
   m.expected = {{"height", "m", Bound::at_most, 0.1, 0.01, 1.0 / 3},
                 {"way", "m", Bound::at_least, -2, 0.5, INFINITY},
                 {"time", "s", Bound::equal, 1.5, 0.1, 1.25}};
+  m.energy_scale = 7;
   Metrics gone = m;
   gone.error.position.rms = INFINITY;
   gone.diverged = 0.5;
@@ -157,6 +158,7 @@ TEST(Json, RoundTripKeepsBits) {
     EXPECT_EQ(to_json(read), to_json(known));
     EXPECT_EQ(read.error.position.rms, known.error.position.rms);
     EXPECT_EQ(read.parts.model, known.parts.model);
+    EXPECT_EQ(read.energy_scale, known.energy_scale);
     EXPECT_EQ(read.diverged, known.diverged);
     EXPECT_FALSE(read.momentum);
     ASSERT_EQ(read.expected.size(), 3u);

@@ -1,8 +1,9 @@
-/// Expects that the tables on the scenes' pages equal what the program prints. A table stands between
+/// Expects that the tables on the scenes' pages, published.md, descendants.md and README.md equal what the
+/// program prints. A table stands between
 /// `<!-- measured -->` and `<!-- end -->`; the last `build/substep …` in backticks before it prints it.
 ///
-/// pages_test --rewrite [SCENE…]: writes what the program prints now into the tables, of all pages without
-/// names. Text around the tables stays as it is.
+/// pages_test --rewrite [SCENE…]: writes what the program prints now into the tables, of all pages if none is
+/// named. Text around the tables stays as it is.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -30,10 +31,11 @@ namespace fs = std::filesystem;
 struct PageTable {
   std::string command;    ///< arguments of the program: "measure scenes/pendulum.gltf --markdown"
   std::size_t begin = 0;  ///< index of the table's first character in the page
-  std::size_t end = 0;    ///< index behind its last one
+  std::size_t end = 0;    ///< index one past its last character
 };
 
-/// Returns the names of all scenes, sorted, "descendants", and "README" for the project's page.
+/// Returns the names of all scenes, sorted, then "published", "descendants" and "README" (the project's
+/// page).
 std::vector<std::string> page_names() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(fs::path(test::source_folder) / "scenes")) {

@@ -256,7 +256,7 @@ TEST_F(Pictures, NeedFfmpegForAFilmButNotForFrames) {
   EXPECT_THAT(outcome.out, HasSubstr("wrote frames\n"));
   EXPECT_EQ(read_png(folder() / "frames" / "frame_0009.png").width, 320);
   // The printed command makes the film from the frames.
-  const std::string start = "a film of them: ";
+  const std::string start = "to make a film of these frames: ";
   std::string command = outcome.out.substr(outcome.out.find(start) + start.size());
   command = command.substr(0, command.find('\n'));
   const Outcome film = run_command("cd " + quoted(folder().string()) + " && " + command);

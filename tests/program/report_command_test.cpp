@@ -13,7 +13,7 @@ using testing::HasSubstr;
 
 class FigureCommand : public Program {};
 
-TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
+TEST_F(FigureCommand, DrawsStabilityMapWithoutASweep) {
   const Outcome outcome = run({"report", "figure", "stability", "--output", "map.svg"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));

@@ -37,11 +37,11 @@ class EveryField : public Program, public testing::WithParamInterface<SettingsFi
   std::string name() const { return std::string(field().name); }
 
   /// Returns settings of an algorithm that reads the field.
-  Settings usual() const { return default_settings(field().first); }
+  Settings defaults() const { return default_settings(field().first); }
 
   /// Returns the settings with another value of the field.
   Settings changed() const {
-    Settings settings = usual();
+    Settings settings = defaults();
     std::visit(
         [&](auto member) {
           auto& value = settings.*member;
@@ -66,17 +66,17 @@ class EveryField : public Program, public testing::WithParamInterface<SettingsFi
 };
 
 TEST_P(EveryField, CanBeChangedAlone) {
-  EXPECT_THAT(differences(usual(), changed()), ElementsAre(name()));
+  EXPECT_THAT(differences(defaults(), changed()), ElementsAre(name()));
   EXPECT_NO_THROW(check(changed()));
 }
 
 TEST_P(EveryField, IsInJson) {
-  EXPECT_NE(to_json(changed()).dump(), to_json(usual()).dump());
+  EXPECT_NE(to_json(changed()).dump(), to_json(defaults()).dump());
   EXPECT_THAT(differences(settings_in(to_json(changed())), changed()), IsEmpty());
 }
 
 TEST_P(EveryField, IsInLabels) {
-  EXPECT_NE(label(changed()), label(usual()));
+  EXPECT_NE(label(changed()), label(defaults()));
 }
 
 TEST_P(EveryField, AppearsInPoseLog) {
@@ -84,18 +84,18 @@ TEST_P(EveryField, AppearsInPoseLog) {
   log.scene = "none.gltf";
   log.bodies = {"world"};
   log.frames.resize(1);
-  log.settings = usual();
+  log.settings = defaults();
   PoseLog other = log;
   other.settings = changed();
   EXPECT_THAT(differences(parse_pose_log(to_text(other), "log").settings, changed()), IsEmpty());
   EXPECT_EQ(compare(log, other).headers,
-            name() + ": " + text_of(usual(), field()) + " → " + text_of(changed(), field()));
+            name() + ": " + text_of(defaults(), field()) + " → " + text_of(changed(), field()));
 }
 
 TEST_P(EveryField, AppearsInSweepRecordAndTable) {
   SweepRecord record;
   record.size = record.duration = 1;
-  record.settings = usual();
+  record.settings = defaults();
   record.metrics.emplace();
   SweepRecord other = record;
   other.settings = changed();
@@ -104,10 +104,10 @@ TEST_P(EveryField, AppearsInSweepRecordAndTable) {
   EXPECT_NE(errors_csv({other}), errors_csv({record}));
 }
 
-TEST_P(EveryField, SetsPanelFile) {
+TEST_P(EveryField, IsReadFromTypedPanel) {
   const std::string algorithm = text_of(changed(), field_named("algorithm"));
   const std::string key = name() == "algorithm" ? "" : "," + name() + "=" + text_of(changed(), field());
-  EXPECT_EQ(text_of(render::panel_in(algorithm + key, usual()).settings, field()),
+  EXPECT_EQ(text_of(render::panel_in(algorithm + key, defaults()).settings, field()),
             text_of(changed(), field()));
 }
 
@@ -118,8 +118,8 @@ TEST_P(EveryField, ListsInSweepFile) {
   } else if (name() == "algorithm") {
     text += "algorithms = [\"a1\", \"a2\"]\n";
   } else {
-    text += "algorithms = [" + to_json(usual())["algorithm"].dump() + "]\n";
-    text += name() + " = [" + value_in(usual()) + ", " + value_in(changed()) + "]\n";
+    text += "algorithms = [" + to_json(defaults())["algorithm"].dump() + "]\n";
+    text += name() + " = [" + value_in(defaults()) + ", " + value_in(changed()) + "]\n";
   }
   write("one.toml", text);
   const Sweep sweep = read_sweep(folder() / "one.toml");
@@ -157,7 +157,7 @@ TEST_P(EveryField, IsAnOption) {
     words.insert(words.end(), {"--algorithm", value});
   } else {
     words.insert(words.end(), {"--set", name() + "=" + value});
-    words.insert(words.end(), {"--algorithm", text_of(usual(), field_named("algorithm"))});
+    words.insert(words.end(), {"--algorithm", text_of(defaults(), field_named("algorithm"))});
   }
   const Outcome outcome = run(words);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -168,8 +168,8 @@ TEST_P(EveryField, IsAnOption) {
 
 using ContactSettings = Program;
 
-// τ and κ hold for all rows, as in the report, unless contacts get their own too, in any order.
-TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
+// τ and κ hold for all rows, as in the report, unless contacts get their own, in any order.
+TEST_F(ContactSettings, FollowTauAndKappaUnlessGivenTheirOwn) {
   const auto expect = [](const Settings& settings, double tau, double kappa) {
     EXPECT_EQ(settings.of_contacts().tau, tau);
     EXPECT_EQ(settings.of_contacts().kappa, kappa);
@@ -185,19 +185,19 @@ TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
     EXPECT_EQ(run(words).exit_code, 0);
     return read_pose_log(folder() / "one.poses").settings;
   };
-  const Settings usual = default_settings(Algorithm::a5);
-  ASSERT_NE(usual.of_contacts().tau, usual.tau);
+  const Settings defaults = default_settings(Algorithm::a5);
+  ASSERT_NE(defaults.of_contacts().tau, defaults.tau);
   const auto of_panel = [&](const std::string& text) {
-    return render::panel_in("a5," + text, usual).settings;
+    return render::panel_in("a5," + text, defaults).settings;
   };
-  expect(of_suite("substeps = 3"), usual.contact_tau, usual.contact_kappa);
+  expect(of_suite("substeps = 3"), defaults.contact_tau, defaults.contact_kappa);
   expect(of_suite("tau = 0.5"), 0.5, 1);
   expect(of_suite("kappa = 0.8"), 0.6, 0.8);
   expect(of_suite("contact_tau = 0.7, tau = 0.5, kappa = 0.8"), 0.7, 0.8);
-  expect(of_panel("n=3"), usual.contact_tau, usual.contact_kappa);
+  expect(of_panel("n=3"), defaults.contact_tau, defaults.contact_kappa);
   expect(of_panel("tau=0.5"), 0.5, 1);
   expect(of_panel("contact_kappa=0.7,tau=0.5"), 0.5, 0.7);
-  expect(of_option({"--substeps", "3"}), usual.contact_tau, usual.contact_kappa);
+  expect(of_option({"--substeps", "3"}), defaults.contact_tau, defaults.contact_kappa);
   expect(of_option({"--set", "tau=0.5"}), 0.5, 1);
   expect(of_option({"--set", "contact_kappa=0.7,tau=0.5"}), 0.5, 0.7);
   expect(of_option({"--set", "tau=0.5/0.9", "--set", "kappa=1/0.7"}), 0.9, 0.7);

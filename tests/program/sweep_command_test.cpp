@@ -56,7 +56,7 @@ TEST_F(SweepCommand, ContinuesAndRepeatsDamagedJobs) {
   std::filesystem::create_directory(folder() / "done/jobs/pendulum.a1-h1.json");
   EXPECT_THAT(
       shell("sweep small.toml --output done").err,
-      HasSubstr("done/jobs/pendulum.a1-h1.json: is no file, where a job's result belongs: remove it"));
+      HasSubstr("done/jobs/pendulum.a1-h1.json: is not a file: remove it, to make room for a job's result"));
   for (const std::string& file : files()) EXPECT_THAT(file, Not(HasSubstr("partial")));
 }
 
@@ -112,7 +112,7 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   for (const auto& [text, part] :
        {std::pair(std::string(), "has no [[grid]]"),
         {grid("pendulum.gltf", ""), "bad.toml:1: a grid without 'algorithms'"},
-        {grid("pendulum.gltf", "algorithms = ['a6']"), "bad.toml:3: 'algorithms' must be"},
+        {grid("pendulum.gltf", "algorithms = ['a6']"), "bad.toml:3: entries of 'algorithms' must be"},
         {grid("nothing.gltf", "algorithms = ['a1']"), "nothing.gltf"},
         {good + "kappa = [3]\n", "kappa 3"},
         {good + "substeps = [0]\n", "bad.toml:4: substeps 0: must be from 1 to 100000"},

@@ -115,7 +115,7 @@ TEST(Surfaces, TextureTurnsAndMoves) {
   expect_quarters(scene, {2, 0, 3, 1});
 }
 
-TEST(Surfaces, TextureRepeatsMirrorsOrEnds) {
+TEST(Surfaces, TextureRepeatsMirrorsOrClamps) {
   for (const Texture::Wrap wrap : {Texture::Wrap::repeat, Texture::Wrap::mirrored, Texture::Wrap::clamped}) {
     Scene scene = scene_of_quarters();
     Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
@@ -281,20 +281,20 @@ TEST(Surfaces, SpotEndsAtConeAndLightAtRange) {
   EXPECT_EQ(at(ranged, 0.95, 0.5), at(dark, 0.95, 0.5));
 }
 
-TEST(Surfaces, SurfaceWithoutBackIsInvisibleFromBehind) {
+TEST(Surfaces, SingleSidedSurfaceIsInvisibleFromBehind) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0, 1, 0), -0.5, 2);
   Surface surface = unlit(1, 0, 0);
-  surface.has_back = false;
+  surface.is_double_sided = false;
   Mesh& mesh = add_square(scene, surface);
   expect_near(at(drawn(scene)), {255, 0, 0});
   mesh.normals.assign(4, -Vector3::UnitZ());
   expect_near(at(drawn(scene)), {0, 255, 0});
-  scene.surfaces[1].has_back = true;
+  scene.surfaces[1].is_double_sided = true;
   expect_near(at(drawn(scene)), {255, 0, 0});
 }
 
-TEST(Surfaces, CutSurfacesHaveNoBodyColor) {
+TEST(Surfaces, CutOutPartsAreAbsentFromBodyImage) {
   Scene scene = facing_scene();
   scene.bodies.emplace_back().inverse_mass = 1;
   add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5).attributes.colors =
@@ -305,7 +305,7 @@ TEST(Surfaces, CutSurfacesHaveNoBodyColor) {
   EXPECT_NE(at(codes, 0.4, 0.5), (Color{2, 0, 0}));
 }
 
-TEST(Surfaces, KeptSurfacesOfTheWorldEqualNewOnes) {
+TEST(Surfaces, ReusedRendererDrawsLikeANewOne) {
   Scene scene = scene_in_light();
   scene.bodies.emplace_back().inverse_mass = 1;
   add_square(scene, unlit(1, 0, 0), 0.2, 0.3);

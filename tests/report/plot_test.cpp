@@ -82,7 +82,7 @@ TEST(Plot, HasTheWidthAndTextSizeForPrint) {
   }
 }
 
-TEST(Plot, OmitsTitleCaptionAndGround) {
+TEST(Plot, OmitsTitleCaptionAndBackground) {
   FigureStyle style{.width = 85, .title = false, .caption = false, .transparent = true};
   const std::string svg = draw(two_panels(), PictureFormat::svg, style);
   for (const char* const text : {"title's", "a caption", "fill=\"#ffffff\""}) {
@@ -129,7 +129,7 @@ double overlap(const Box& a, const Box& b) {
   return x > 0 && y > 0 ? std::min(x, y) : 0;
 }
 
-/// Returns the boxes of an SVG's texts, from the ascender of small letters to the baseline.
+/// Returns the boxes of an SVG's texts, from the top of a capital letter to the baseline.
 std::vector<Box> texts_of(const std::string& svg) {
   static const std::regex group(
       R"re(<g transform="translate\(([0-9.-]+),([0-9.-]+)\)( rotate\(-90[.0-9]*\))?"[^>]*font-size="([0-9.]+)"[^>]*text-anchor="(\w+)">\s*<text>(.*?)</text>)re");
@@ -245,7 +245,7 @@ TEST(PlotLayout, GivesOnePanelTheWholeWidth) {
   EXPECT_EQ(layout_of(sheet_of(3, 3), {}, 0).width, 1200);
 }
 
-TEST(PlotLayout, KeepsTheCaptionLowerThanThePlotInOneColumn) {
+TEST(PlotLayout, KeepsTheCaptionShorterThanThePlotInOneColumn) {
   const Layout layout = layout_of(sheet_of(5, 1), style_for(85), 85 / 25.4 * 72 / (8.0 / 12));
   EXPECT_LT(layout.height - layout.caption_top, layout.bottom(0) - layout.top(0));
   // The legend alone lies between axis and caption.
@@ -253,18 +253,18 @@ TEST(PlotLayout, KeepsTheCaptionLowerThanThePlotInOneColumn) {
   EXPECT_LT(layout.caption_top - layout.bottom(0) - layout.bottom_margin - legend, 1.5 * line_height);
 }
 
-using Colour = std::array<double, 3>;
+using Color = std::array<double, 3>;
 
-Colour times(const std::array<Colour, 3>& matrix, const Colour& x) {
-  Colour result{};
+Color times(const std::array<Color, 3>& matrix, const Color& x) {
+  Color result{};
   for (std::size_t i = 0; i < 3; ++i)
     result[i] = matrix[i][0] * x[0] + matrix[i][1] * x[1] + matrix[i][2] * x[2];
   return result;
 }
 
 /// Returns the linear light of "#rrggbb".
-Colour linear(const std::string& hex) {
-  Colour result{};
+Color linear(const std::string& hex) {
+  Color result{};
   for (std::size_t i = 0; i < 3; ++i) {
     const double c = std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16) / 255.0;
     result[i] = c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
@@ -273,10 +273,10 @@ Colour linear(const std::string& hex) {
 }
 
 /// Returns CIE L*a*b* under D65.
-Colour lab(Colour light) {
+Color lab(Color light) {
   for (double& c : light) c = std::clamp(c, 0.0, 1.0);
-  Colour xyz = times({{{0.4125, 0.3576, 0.1804}, {0.2127, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9503}}}, light);
-  const Colour white{0.9505, 1, 1.0888};
+  Color xyz = times({{{0.4125, 0.3576, 0.1804}, {0.2127, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9503}}}, light);
+  const Color white{0.9505, 1, 1.0888};
   for (std::size_t i = 0; i < 3; ++i) {
     const double t = xyz[i] / white[i];
     xyz[i] = t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116;
@@ -284,17 +284,17 @@ Colour lab(Colour light) {
   return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
 }
 
-/// Returns the smallest distance of two inks to normal sight, protanopes and deuteranopes (Machado, Oliveira
-/// and Fernandes 2009).
+/// Returns the smallest difference in colour of two inks, as seen with normal sight, protanopia and
+/// deuteranopia (Machado, Oliveira and Fernandes 2009).
 double distance(int a, int b) {
-  const std::array<std::array<Colour, 3>, 3> eyes{
+  const std::array<std::array<Color, 3>, 3> eyes{
       {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
        {{{0.1523, 1.0526, -0.2049}, {0.1145, 0.7863, 0.0992}, {-0.0039, -0.0481, 1.0520}}},
        {{{0.3673, 0.8606, -0.2280}, {0.2801, 0.6725, 0.0474}, {-0.0118, 0.0429, 0.9689}}}}};
   double least = INFINITY;
   for (const auto& eye : eyes) {
-    const Colour x = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(a)).light)));
-    const Colour y = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(b)).light)));
+    const Color x = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(a)).light)));
+    const Color y = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(b)).light)));
     least = std::min(least, std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
   }
   return least;

@@ -58,7 +58,7 @@ TEST(Descendants, UseTheMostRowsWithinTheBudget) {
   EXPECT_TRUE(equal_cost_of_descendants(records, Cost::rows).empty());
 }
 
-TEST(Descendants, HaveRowsOfSpringsOrRestitution) {
+TEST(Descendants, ListFrequencyAndDampingOfContactRows) {
   const std::vector<TextTable> tables = numbers_of(figure_named("soft-rows").make({}));
   ASSERT_EQ(tables.size(), 1u);
   const std::string text = to_text(tables[0]);

@@ -380,7 +380,7 @@ TEST(Features, LoadWithoutWarning) {
 
 TEST(Features, RefusesThirdSetOfTextureCoordinates) {
   const Json document = edited(textured(), "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord = 2");
-  EXPECT_THAT(complaint(document), HasSubstr("two sets are read, 0 and 1"));
+  EXPECT_THAT(complaint(document), HasSubstr("only the sets 0 and 1"));
 }
 
 TEST(Features, WarnsOfMoreThan16Lights) {
@@ -389,7 +389,7 @@ TEST(Features, WarnsOfMoreThan16Lights) {
     document["scenes"][0]["nodes"].push_back(document["nodes"].size());
     document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
   }
-  EXPECT_THAT(warnings(document), HasSubstr("more than 16 lights beside the sun"));
+  EXPECT_THAT(warnings(document), HasSubstr("more than 16 lights besides the sun"));
 }
 
 TEST(Features, SimplifiesHullOfMoreThan256Vertices) {

@@ -512,7 +512,7 @@ TEST(LoadScene, ReadsTexturesOfMaterial) {
   EXPECT_EQ(texture.turn * Eigen::Vector2d(1, 1) + texture.offset, Eigen::Vector2d(2.25, 3.5));
   EXPECT_EQ(surface.emission, (std::array{2.0, 1.0, 0.0}));
   EXPECT_EQ(surface.opacity, Surface::Opacity::blended);
-  EXPECT_FALSE(surface.has_back);
+  EXPECT_FALSE(surface.is_double_sided);
   EXPECT_EQ(surface.textures[Surface::normal_texture].image, -1);
 }
 

@@ -1,5 +1,6 @@
 // Compares bodies that miss each other, slide over seams or fly fast with closed forms that share nothing
-// with the solver, at default settings, in random scenes. Prints a table.
+// with the solver, in random scenes: near misses with several n, all others at default settings. Prints a
+// table.
 
 #include "sim/math/rotation.h"
 #include "tests/sim/moving_solids.h"
@@ -12,19 +13,19 @@ namespace {
 /// The kind of obstacle that a solid flies past.
 enum class Kind { moving_solid, still_solid, mesh, plane };
 
-/// Two solids that fly past one another, or one past a plane.
+/// Two solids that fly past one another, or one past a plane, a solid or a mesh at rest.
 struct FlyPast {
   double clearance;  ///< least distance of the two, m
   double speed;      ///< relative, m/s
-  double meeting;    ///< s
+  double closest;    ///< time at which they are closest, s
   Solid one;
   Solid other;
-  Kind kind;       ///< of the other
+  Kind kind;       ///< of `other`
   Vector3 normal;  ///< of the plane, through the origin
   Start start_of_one;
   Start start_of_other;
 
-  double duration() const { return meeting + 0.3; }
+  double duration() const { return closest + 0.3; }
   double gap(double time) const {
     const Pose pose = start_of_one.at(time);
     return kind == Kind::plane ? height_above(normal, one, pose)
@@ -45,7 +46,7 @@ struct FlyPast {
 };
 
 /// Returns the largest change of a body's velocity, and of its spin times its reach, relative to `speed`.
-/// Bodies fall freely by `fall`.
+/// Bodies fall freely with the acceleration `fall`.
 auto change_of_motion(const Scene& scene, std::vector<double> reaches, double speed, const Vector3& fall) {
   return [=](const State& state, double time) {
     double change = 0;
@@ -63,7 +64,7 @@ FlyPast draw_paths(Random& random) {
   FlyPast drawn;
   drawn.clearance = random.spread(0.001, 0.2);
   drawn.speed = random.spread(0.5, 30);
-  drawn.meeting = random.between(0.05, 0.4);
+  drawn.closest = random.between(0.05, 0.4);
   drawn.one = random_solid(random, random.spread(0.05, 0.5));
   drawn.kind = static_cast<Kind>(random.below(4));
   if (drawn.kind < Kind::mesh) drawn.other = random_solid(random, random.spread(0.05, 0.5));
@@ -85,7 +86,7 @@ FlyPast draw_paths(Random& random) {
   // Shift the path aside until it is as close as drawn.
   const auto shifted = [&](double by) {
     FlyPast result = drawn;
-    result.start_of_one.pose.position = by * drawn.normal - drawn.speed * drawn.meeting * along;
+    result.start_of_one.pose.position = by * drawn.normal - drawn.speed * drawn.closest * along;
     return result;
   };
   double near = 0;
@@ -128,11 +129,11 @@ Trial draw_fly_past(Random& random) {
   const auto change = change_of_motion(scene, reaches, drawn.speed, fall);
   return {
       fmt::format("{} past a {} {}, {:.4f} m clear at {:.2f} m/s, spins {:.1f} and {:.1f} rad/s, e {}, n {} "
-                  "(0: default), meeting at {:.4f} s",
+                  "(0: default), closest at {:.4f} s",
                   drawn.one.name, both_move ? "flying" : "still",
                   drawn.kind == Kind::plane ? "plane" : drawn.other.name, drawn.clearance, drawn.speed,
                   drawn.start_of_one.spin.norm(), drawn.start_of_other.spin.norm(), substance.restitution, n,
-                  drawn.meeting),
+                  drawn.closest),
       [=](Algorithm algorithm) {
         Settings settings = default_settings_of(scene, algorithm);
         if (n > 0) (algorithm == Algorithm::a2 ? settings.iterations : settings.substeps) = n;

@@ -52,7 +52,7 @@ struct Scale {
     }
   }
 
-  /// Scales forces (N) and stiffness (N/m), or their angular counterparts.
+  /// Return the factors of forces (N), and of stiffness (N/m) and damping, or of their angular counterparts.
   double of_force(bool angular) const { return angular ? mass * length * length : mass * length; }
   double of_stiffness(bool angular) const { return angular ? mass * length * length : mass; }
 
@@ -91,7 +91,7 @@ struct Scale {
   }
 };
 
-/// Returns the first of `steps` steps after which the scaled scene's state differs from the scene's, or −1.
+/// Returns the first of `steps` steps after which a pose of the scaled scene differs from the scene's, or −1.
 int first_difference(const Scene& scene, const Scale& scale, Algorithm algorithm, int steps) {
   const Settings settings = usual_settings(scene, algorithm);
   Simulation one(scene, settings);

@@ -1,4 +1,4 @@
-// Motors, springs and force limits in A3 to A5, which τ, κ and n must not change.
+// Motors, springs and force limits must act the same for every τ, κ and n in A3 to A5.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ void free_axis(Scene& scene, bool angular) {
                             test::locked(true, {true, true, !angular})};
 }
 
-/// Adds the drive and leaves its axis free.
+/// Adds a drive along the joint's x axis or about its z axis, and leaves that axis free.
 void drive_free_axis(Scene& scene, const JointDrive& drive) {
   free_axis(scene, drive.angular);
   scene.joints[0].drives.push_back(drive);
@@ -130,8 +130,8 @@ TEST(Motor, AcceleratesByForceOverMassAtLimit) {
         const double t = i / 60.0;
         const double moved = (simulation.state().q[1].linear - scene.bodies[1].pose.position).dot(along);
         const double speed = simulation.state().v[1].linear.dot(along);
-        // Relative to a t: measured 4e-14. The position is that of sub-steps, velocities first, then
-        // coordinates: measured 2e-13. From the continuous motion it differs by a t hs/2.
+        // Relative to a t: measured 4e-14. The position is that of semi-implicit Euler with sub-steps:
+        // measured 2e-13. From the continuous motion it differs by a t hs/2.
         EXPECT_NEAR(speed, acceleration * t, 1e-12 * acceleration * t) << label(settings);
         const double expected = 0.5 * acceleration * t * (t + hs);
         EXPECT_NEAR(moved, expected, 1e-11 * expected) << label(settings);
@@ -156,8 +156,8 @@ TEST(Motor, BrakesByForceLimitThenHolds) {
       const double t = i / 60.0;
       const double speed = simulation.state().v[1].angular.dot(axis);
       const double expected = std::max(0.6, 1.9 - torque / inertia * t);
-      // On the way measured 2.5e-13 m/s, at the end 2e-15; in the step in which it gets there 9e-6, as the
-      // drive is a little soft.
+      // Measured, rad/s: while braking 2.5e-13; from 0.65 s, where it gets there, 9e-6, since the drive has a
+      // finite damping and approaches gradually; after 0.9 s 2e-15.
       EXPECT_NEAR(speed, expected, t > 0.9 || expected > 0.6 ? 1e-12 : 2e-5) << label(settings);
     }
   });

@@ -77,7 +77,7 @@ TEST_F(PublishedFile, RefusesMistakesByLine) {
   const auto run = [](const std::string& more) { return head + "run = [{ name = 'a', " + more + " }]\n"; };
   for (const auto& [text, part] :
        {std::pair(std::string(), "has no [[result]]"),
-        {"[[result]]\nname = 3\n", "p.toml:2: 'name' must be a text"},
+        {"[[result]]\nname = 3\n", "p.toml:2: 'name' must be a string"},
         {head, "'run' is missing"},
         {run("algorithms = ['a4']"), "must be a1, a2, a3 or a5"},
         {run("algorithms = ['a1'], judged = ['a5']"), "names A5, which is not run"},
