@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/loading/collider_shapes.h"
 #include "sim/loading/load_scene.h"
 #include "tests/error_message.h"
 #include "tests/folders.h"
@@ -125,6 +126,20 @@ TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
     }
   }
   EXPECT_NE(scene.hash, load_text("cube.obj", cube_obj).hash);
+}
+
+TEST(SymmetricInertia, DropsWhatRoundingAdds) {
+  for (int odd = 0; odd < 3; ++odd) {
+    Matrix3 inertia = Vector3(2, 2, 2).asDiagonal();
+    inertia(odd, odd) = 5;
+    inertia((odd + 1) % 3, (odd + 1) % 3) += 4e-16;
+    inertia(0, 2) = inertia(2, 0) = 1e-13;
+    const PrincipalInertia principal = symmetric_principal_inertia(inertia);
+    EXPECT_EQ(principal.moments[odd], 5);
+    EXPECT_EQ(principal.moments[(odd + 1) % 3], principal.moments[(odd + 2) % 3]);
+    EXPECT_NEAR(principal.moments[(odd + 1) % 3], 2, 1e-15);
+    EXPECT_EQ(principal.orientation.coeffs(), Quaternion::Identity().coeffs());
+  }
 }
 
 TEST(MeshScene, RefusesOptionsOutOfRange) {
