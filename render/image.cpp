@@ -136,7 +136,7 @@ Texels decode_texels(std::string_view bytes, const std::string& name) {
   }
   if (is_known != 0) texels.rgba = decoded(bytes, 4, texels.width, texels.height);
   if (texels.rgba.empty()) {
-    throw Error(fmt::format("{}: is no whole PNG or JPEG image ({})", name, stbi_failure_reason()));
+    throw Error(fmt::format("{}: is not a complete PNG or JPEG image ({})", name, stbi_failure_reason()));
   }
   return texels;
 }

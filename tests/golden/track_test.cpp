@@ -87,7 +87,7 @@ TEST(Track, RejectsDamagedFiles) {
   EXPECT_THROW(read_track(folder.path() / "none.track"), Error);
 }
 
-/// A ball that falls for 20 frames, and touches from frame 10 on.
+/// A ball that falls for 20 frames, and whose digest of touching pairs changes at frame 10.
 struct Fall {
   PoseLog log;
   Track track;
@@ -128,7 +128,7 @@ MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTole
 
 TEST(MotionComparison, IgnoresRoundingOfTracks) {
   // Both bodies change in frame 3, the ball by 2.8e-6 m; the track rounds the block's position to another
-  // step.
+  // multiple of its resolution.
   const Fall golden;
   Fall actual;
   actual.move(3, 2.8e-6);
@@ -176,7 +176,7 @@ TEST(MotionComparison, ComparesPosesUntilContactsDiffer) {
   EXPECT_EQ(beyond.limit_frame, 8);
   EXPECT_NE(beyond.limit.find("body ball position x"), std::string::npos) << beyond.limit;
 
-  // Where contacts differ before, poses need not agree from there on; invariants must.
+  // Where contacts differ earlier, poses need not agree from there on; invariants must.
   actual.track.frames[7].invariants.touching = 1;
   const MotionComparison chaotic = compared(Fall(), actual, &tolerance);
   EXPECT_EQ(chaotic.contacts_frame, 7);

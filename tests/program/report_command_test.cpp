@@ -64,7 +64,7 @@ TEST_F(ReportCommand, MakesAPageOfScenes) {
   const std::string page = content("page/report.md");
   // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
   EXPECT_THAT(page, HasSubstr("56 runs of 2 scenes"));
-  // The page begins with the answers, a card a scene.
+  // The page begins with the answers, a card for each scene.
   EXPECT_THAT(page.substr(0, 600), HasSubstr("### swing\n\n| for | take | CPU, ms | RMS error / size |"));
   EXPECT_LT(page.find("### ball"), page.find("## At equal cost"));
   for (const char* const file : {"choice-swing.svg", "choice-swing.csv", "end-swing.png", "end-ball.png"})
@@ -79,7 +79,7 @@ TEST_F(ReportCommand, MapsAScene) {
   std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
   const Outcome outcome = run({"report", "swing.gltf", "--maps", "--output", "page"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  // A3 and A5 at four steps with four n; at five τ times five κ
+  // The first map has A3 and A5 at four steps with four n, the second at five τ with five κ.
   const std::string steps = content("page/figures/map-steps.csv");
   EXPECT_EQ(std::ranges::count(steps, '\n'), 1 + 2 * 4 * 4 + 2 * 2);  // and two n more at h
   EXPECT_THAT(steps, HasSubstr("\"swing: A3\",\"error below 1 % of the size\",\"n\",\"h, s\",20,"));

@@ -16,6 +16,12 @@
 #include "sim/study/sweep.h"
 
 namespace substep {
+
+/// Prints a field as the parameter of a test: its bytes differ from run to run.
+static void PrintTo(const SettingsField& field, std::ostream* out) {
+  *out << field.name;
+}
+
 namespace {
 
 using testing::ElementsAre;

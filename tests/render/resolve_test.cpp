@@ -18,7 +18,7 @@ Pixels grey(std::size_t pixels, int code, int alpha = 0) {
   return result;
 }
 
-constexpr int all_samples = 0xff;  // bodies', and of the first colour
+constexpr int all_samples = 0xff;  // every sample is a body's and has the first colour
 
 TEST(Resolve, LowestRowComesLast) {
   const Pixels bottom_up{1, 2, 3, 255, 4, 5, 6, 255};  // two rows of one pixel
@@ -88,7 +88,7 @@ TEST(Resolve, SmoothsEdgesBetweenPixels) {
 }
 
 TEST(Resolve, AgreesWithAveragingEachSample) {
-  // 40 × 30 pixels of any colours and bits; with samples of their own, all are averaged one by one.
+  // 40 × 30 pixels of random colours and bits. light_of_samples() copies no pixels, but averages each sample.
   std::mt19937 numbers(1);  // NOLINT(bugprone-random-generator-seed): the same in every run
   Pixels first(std::size_t{40} * 30 * 4);
   Pixels second(first.size());
@@ -102,7 +102,8 @@ TEST(Resolve, AgreesWithAveragingEachSample) {
 }
 
 TEST(Resolve, IgnoresGroundBelowBodies) {
-  // The left pixel is wholly a body's, where the ground is anything; of the right one only the right half is.
+  // The left pixel is wholly a body's, so its ground may have any colour; of the right one only the right
+  // half is.
   Pixels first = grey(2, 255, all_samples);
   first[7] = 0xaa;
   Pixels ground = grey(2, 0);

@@ -17,7 +17,7 @@ namespace {
 
 using Color = std::array<int, 3>;
 
-/// Returns a scene with a camera alone, 1 m above the plane z = 0, of which it sees 2 m each way.
+/// Returns a scene with a camera alone, 1 m above the plane z = 0, of which it sees a square of 2 m.
 Scene facing_scene() {
   Scene scene = empty_scene(false);
   Camera& camera = scene.camera.emplace();
@@ -123,7 +123,8 @@ TEST(Surfaces, TextureRepeatsMirrorsOrClamps) {
     texture.turn = 2 * Eigen::Matrix2d::Identity();
     const Image image = drawn(scene);
     expect_near(at(image, 0.1, 0.1), quarters[0]);
-    // Right of the first copy and below it: its first texel, its last, or its last for ever.
+    // Beyond the first copy `repeat` shows the first texel, `mirrored` the last, and `clamped` the last
+    // everywhere.
     expect_near(at(image, 0.6, 0.6), quarters[wrap == Texture::Wrap::repeat ? 0 : 3]);
     expect_near(at(image, 0.9, 0.9), quarters[wrap == Texture::Wrap::mirrored ? 0 : 3]);
   }
@@ -214,7 +215,7 @@ Scene scene_in_light() {
 }
 
 TEST(Surfaces, NormalMapTurnsNormals) {
-  // Right on the texture is right on the square, up is up: towards the light or away from it.
+  // The map's +x tilts the normal to the square's right, its +y up: towards the light or away from it.
   std::vector<int> reds;
   for (const Vector3& tilt :
        {Vector3(0.5, 0, 1), Vector3(-0.5, 0, 1), Vector3(0, 0.5, 1), Vector3(0, -0.5, 1)}) {
@@ -329,10 +330,11 @@ std::string complaint(const std::string& bytes) {
 TEST(Surfaces, NameDamagedImage) {
   std::string png = to_png(Image(64, 64));
   EXPECT_EQ(complaint(png), "");
-  EXPECT_EQ(complaint(png.substr(0, 40)).rfind("test: /images/0: is no whole PNG or JPEG image", 0), 0U);
+  EXPECT_EQ(complaint(png.substr(0, 40)).rfind("test: /images/0: is not a complete PNG or JPEG image", 0),
+            0U);
   EXPECT_NE(complaint("GIF89a"), "");
   EXPECT_NE(complaint(""), "");
-  // Its header says 16448 pixels: refused before any memory is taken.
+  // Its header says a width of 16448 pixels: refused before any memory is taken.
   png[18] = '\x40';
   EXPECT_NE(complaint(png).find("have at most 8192 each way"), std::string::npos) << complaint(png);
 }

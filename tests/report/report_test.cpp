@@ -145,7 +145,7 @@ TEST_F(SweepResults, FillInThePage) {
   const std::string page = to_markdown(report_page(source(), {{"order", {"<svg/>", {}, {}, {}}}}));
   EXPECT_THAT(page, testing::StartsWith("# Speed against error of A1 to A5\n\n## What to choose\n"));
   EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the root mean square distance"));
-  EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // a line's end in the template
+  EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // the template breaks a line here
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
   for (const char* const heading :
        {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
@@ -170,7 +170,7 @@ TEST_F(SweepResults, KeepThePageToItsOwnScenes) {
     if (entry.path().extension() != ".gltf" || is_own || is_a_word) continue;
     EXPECT_THAT(page, Not(HasSubstr(name)));
   }
-  // The sweep has no contacts, times, engines and figures.
+  // The sweep has no contacts, times, engines or figures.
   for (const char* const word : {"CPU", "sliding", "A2 with contacts", "## Springs", "## Error against"})
     EXPECT_THAT(page, Not(HasSubstr(word)));
   // Each heading has text below, each table a row.

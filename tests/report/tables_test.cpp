@@ -26,7 +26,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Returns a run that stands.
+/// Returns a run of a scene whose bodies should stand.
 SweepRecord standing(Algorithm algorithm, int n, std::int64_t row_solves, double moved) {
   SweepRecord record;
   record.scene = "stack";
@@ -164,7 +164,7 @@ TEST(BadFigures, SortByTolerances) {
   EXPECT_EQ(bad[2].bad, 1);
   EXPECT_EQ(bad[2].runs, 2);
   EXPECT_EQ(bad[3].algorithm, Algorithm::a1);
-  // A5 and A1 miss the same figure: A5, the worse, has the line of both.
+  // A5 and A1 miss the same figure: they share a line, which names A5 first, the worse.
   EXPECT_THAT(to_text(bad_figures_table(bad)),
               AllOf(HasSubstr("never"), HasSubstr("≤ 2 m"), HasSubstr("A5, A1"), HasSubstr("2 of 3")));
 }

@@ -141,11 +141,12 @@ Trial draw_fly_past(Random& random) {
       }};
 }
 
-/// Draws a blade that turns on the spot beside a post or a plane, whose corners pass at a clearance.
+/// Draws a blade that spins in place: its corners pass a post or a plane at a clearance.
 Trial draw_blade(Random& random) {
   const double length = random.between(0.3, 1.5);
   const double width = random.between(0.02, 0.1);
-  const Vector3 size(length, random.between(0.2, 1) * width, width);  // it turns about its largest moment
+  const Vector3 size(length, random.between(0.2, 1) * width,
+                     width);  // it turns about its largest moment of inertia
   const double clearance = random.spread(0.001, 0.2);
   const double spin = random.between(5, 50);
   const double mass = random.spread(0.3, 3);
@@ -251,8 +252,8 @@ std::string add_blocks(Scene& scene, Random& random, const Substance& substance)
 
 enum class OverSeams { speed, height, side };
 
-/// Draws a body that slides without friction, or rolls, over a floor of flush blocks by 2 m. The error is the
-/// largest change of the speed, relative to the start's, or the largest displacement up or aside, m.
+/// Draws a body that slides without friction, or rolls, over a floor of flush blocks for 2 m. The error is
+/// the largest change of the speed, relative to the start's, or the largest displacement up or aside, m.
 template <OverSeams measured>
 Trial draw_seams(Random& random) {
   Scene scene = empty_scene();
@@ -295,8 +296,8 @@ TEST(Seams, KeepHeight) {
   run({"2 m over flush blocks: height, m", 1e-4, &draw_seams<OverSeams::height>});
 }
 
-// Sweeps end before the points on both sides of a seam agree, which leaves some turning: 0.52 mm in 400
-// draws.
+// Sweeps end before the points on both sides of a seam agree, so the body turns a little: a drift of 0.52 mm
+// in 400 draws.
 TEST(Seams, KeepCourse) {
   run({"2 m over flush blocks: aside, m", 1e-3, &draw_seams<OverSeams::side>});
 }
@@ -315,12 +316,12 @@ Trial draw_fast(Random& random) {
   const double e = random.one_of({0.0, 0.5, 0.95});
   const Vector3 along = random.direction();
   const Quaternion turn = shortest_rotation(Vector3::UnitY(), Vector3(-along));
-  const double rod = 0.5;  // half of its length
+  const double half_length = 0.5;  // of the rod, m
   Substance substance{1, ball_moments(1, radius), e, 0.6};
-  if (is_rod) substance.moments = Vector3(0.1, 1, 1) * rod * rod / 3;
+  if (is_rod) substance.moments = Vector3(0.1, 1, 1) * half_length * half_length / 3;
   Scene scene = weightless_scene();
   const Quaternion across = rotation_quaternion({0, 0, pi / 2});
-  add_body(scene, is_rod ? capsule(rod, radius) : ball(radius),
+  add_body(scene, is_rod ? capsule(half_length, radius) : ball(radius),
            {{-speed * meeting * along, turn * across}, speed * along}, substance);
   // The pose of the struck face, with Y towards the body.
   const Pose face{radius * along, turn};
