@@ -208,7 +208,7 @@ std::string body(const Json& results, const fs::path& output, std::size_t room) 
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  ReportPictures pictures(output, room);
+  ReportPictures pictures{output, room};
   html += totals_list(results) + first_pictures(results, pictures) + groups(results) + orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "

@@ -65,15 +65,15 @@ std::vector<double> slips_on_shaken_table(double throw_length, double rate, doub
       time = next_zero([&](double t) { return std::fabs(push(t)) - held; }, time, duration);
     if (time >= duration) break;
     const double side = push(time) > 0 ? 1 : -1;
-    const auto [sine, cosine] = sine_cosine(rate * time);
+    const auto start = sine_cosine(rate * time);
     const auto speed = [&](double t) {
-      return throw_length * rate * (sine_cosine(rate * t).sine - sine) - side * held * (t - time);
+      return throw_length * rate * (sine_cosine(rate * t).sine - start.sine) - side * held * (t - time);
     };
     const double end = next_zero(speed, time, duration);
     if (end >= duration) break;
     const double lasts = end - time;
-    place += throw_length * (cosine - sine_cosine(rate * end).cosine) - throw_length * rate * sine * lasts -
-             side * held * lasts * lasts / 2;
+    place += throw_length * (start.cosine - sine_cosine(rate * end).cosine) -
+             throw_length * rate * start.sine * lasts - side * held * lasts * lasts / 2;
     places.push_back(place);
     time = end;
   }

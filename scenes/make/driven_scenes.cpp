@@ -209,7 +209,7 @@ struct PoweredWheel : GltfBuilder {
     for (const int z : {1, -1}) boards.add(rounded(prism(board, 0.06), 0.015), at(0, 0, z * 0.905) * along_z);
     const int ramp = node("ramp", at(3.75, 0, 0));
     const int hull = detached_node("ramp_hull", {{deck, finish::maple}});
-    collider(ramp, {hull, physics_material(0.9), Collider::hull});
+    collider(ramp, {hull, physics_material(0.9), Collider::Kind::hull});
     show(ramp, {{deck, finish::maple}, {boards, finish::walnut}});
   }
 

@@ -340,7 +340,7 @@ GltfBuilder painleve_rod() {
                             {.mass = 1, .inertia = Vector3(1.0 / 100, 1.0 / 3, 1.0 / 3)},
                             {{hull, finish::terracotta}, {cap, finish::brass}});
   const int bare = gltf.detached_node("rod_hull", {{hull, finish::terracotta}});
-  gltf.collider(rod, {bare, grip, Collider::hull});
+  gltf.collider(rod, {bare, grip, Collider::Kind::hull});
   gltf.expect({"time at which the rod stands at 45°", "angle", {"rod"}, -Z}, crossing(1, pi / 4 - lean),
               0.8145, 0.05, "Ch. Glocker's example with the numbers of the cardillo package");
   return gltf;

@@ -296,8 +296,8 @@ void GltfBuilder::motion(int node, const Motion& motion) {
 }
 
 void GltfBuilder::collider(int node, const Collider& collider) {
-  Json geometry = {{collider.kind == Collider::shape ? "shape" : "node", collider.geometry}};
-  if (collider.kind == Collider::hull) geometry["convexHull"] = true;
+  Json geometry = {{collider.kind == Collider::Kind::shape ? "shape" : "node", collider.geometry}};
+  if (collider.kind == Collider::Kind::hull) geometry["convexHull"] = true;
   extension(node, rigid_bodies)["collider"] = {{"geometry", geometry},
                                                {"physicsMaterial", collider.material}};
 }

@@ -160,10 +160,10 @@ struct Look {
 
 /// A shape, or the mesh of a node (as its convex hull or as it is), of one physics material.
 struct Collider {
-  enum Kind { shape, hull, mesh };
+  enum class Kind { shape, hull, mesh };
   int geometry;
   int material;
-  Kind kind = shape;
+  Kind kind = Kind::shape;
 };
 
 class GltfBuilder {

@@ -177,7 +177,7 @@ struct Funnel : GltfBuilder {
     const int sheet = detached_node("sheet", {{surface, shell}});
     const int funnel = body("funnel", {}, {.mass = 20, .angular_velocity = {0, 0.6, 0}, .kinematic = true},
                             {{surface, shell}, {stud, finish::brass}});
-    collider(funnel, {sheet, steel, Collider::mesh});
+    collider(funnel, {sheet, steel, Collider::Kind::mesh});
     collide_as(funnel, "sheet");
 
     // Add a shallow bowl upside down: bodies fall on the backs of its triangles.
@@ -187,11 +187,11 @@ struct Funnel : GltfBuilder {
       bowl.push_back(sloping(r, 0.4 * r * r, 0.8 * r));
     }
     const int roof = scenery("roof", {{turned_surface(bowl, 64), cover}}, at(0, 0.36, 0) * turn(X, pi));
-    collider(roof, {roof, steel, Collider::mesh});
+    collider(roof, {roof, steel, Collider::Kind::mesh});
     // Add a wall on the ground, which bodies hit from inside.
     const std::array<SurfacePoint, 2> strip{{{1.15, 0, 1, 0}, {1.15, 0.09, 1, 0}}};
     const int wall = scenery("wall", {{turned_surface(strip, 96), cover}});
-    collider(wall, {wall, steel, Collider::mesh});
+    collider(wall, {wall, steel, Collider::Kind::mesh});
   }
 
   void add_stand() {

@@ -188,7 +188,7 @@ struct RockSlide : GltfBuilder {
                                           {ground[1], finish::meadow},
                                           {ground[2], finish::scree},
                                           {ground[3], finish::cliff}});
-    collider(valley, {valley, physics_material(0.5), Collider::mesh});
+    collider(valley, {valley, physics_material(0.5), Collider::Kind::mesh});
   }
 
   /// Draws the block of earth that the valley was cut from.
@@ -274,7 +274,7 @@ struct RockSlide : GltfBuilder {
       const Vector3 axis(random(3) - 0.5, random(4) - 0.5, random(5) - 0.5);
       body(numbered("rock", number + 1),
            at(x, Valley::height(x, z) + 1.05 + 1.7 * layer, z) * turn(axis, 2 * pi * random(6)),
-           {.mass = rock.mass}, {rock.collider_node, grip_, Collider::hull},
+           {.mass = rock.mass}, {rock.collider_node, grip_, Collider::Kind::hull},
            rock.looks[static_cast<std::size_t>(4 * random(7))]);
     }
   }

@@ -224,7 +224,7 @@ GltfBuilder stone_pyramid() {
       const Cut& cut = cuts[number % cuts.size()];
       gltf.body(numbered("stone", number + 1),
                 at(pitch * (i - (stones - 1) / 2.0), height * (course + 0.5), 0), {.mass = cut.mass},
-                {cut.rough, friction, Collider::hull},
+                {cut.rough, friction, Collider::Kind::hull},
                 {{cut.geometry, finishes[(number * 3 + course) % finishes.size()]}});
     }
   }
@@ -311,7 +311,7 @@ void add_arch(GltfBuilder& gltf, const Arch& arch, int stones, int grip) {
     const Pose pose =
         at(arch.middle, plinth, 0) * turn(Z, angle * (i + 0.5)) * at(radius, 0, 0) * turn(X, pi / 2);
     const Finish& look = i == stones / 2 ? finish::terracotta : arch.finishes[i % 2];
-    gltf.body(numbered(arch.name + "_stone", i + 1), pose, {.mass = mass}, {hull, grip, Collider::hull},
+    gltf.body(numbered(arch.name + "_stone", i + 1), pose, {.mass = mass}, {hull, grip, Collider::Kind::hull},
               {{dressed, look}});
   }
 }

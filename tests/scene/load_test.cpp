@@ -1,6 +1,7 @@
 /// Tests what each part of a scene's file is loaded as.
 /// One file, since all tests change one example.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -84,7 +84,7 @@ TEST_F(PublishedFile, RefusesMistakesByLine) {
         {run("settings = { tao = 1 }"), "p.toml:6: there is no setting 'tao'"},
         {run("against = 'b', at_least = 1"), "names no earlier run"},
         {run("durations = 1"), "unknown key 'durations'"}})
-    EXPECT_THAT(test::message_of([&] { read(text); }), HasSubstr(part));
+    EXPECT_THAT(test::message_of([&, mistaken = text] { read(mistaken); }), HasSubstr(part));
 }
 
 // The quick subset of the tree's own results, with what must stay met.
