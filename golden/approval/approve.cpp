@@ -19,7 +19,6 @@ namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 struct NewGolden {
   fs::path file;

@@ -36,8 +36,8 @@ class CheckOutput {
   CheckOutput& operator=(const CheckOutput&) = delete;
 
   void start(const CheckPlan& plan);
-  void set_made_with(const nlohmann::ordered_json& made_with) { results_["made_with"] = made_with; }
-  void add_case(const nlohmann::ordered_json& entry);
+  void set_made_with(const Json& made_with) { results_["made_with"] = made_with; }
+  void add_case(const Json& entry);
 
   /// Marks the results complete, and writes them and the report.
   void finish(const std::vector<std::filesystem::path>& orphans);
@@ -50,7 +50,7 @@ class CheckOutput {
 
   std::filesystem::path folder_;
   int lock_ = -1;
-  nlohmann::ordered_json results_;
+  Json results_;
   double last_written_ = -1e9;  ///< s
 };
 
@@ -79,7 +79,7 @@ class CaseChecker {
 CaseResult failed_case(const std::filesystem::path& output, const SuiteCase& entry, const std::string& why);
 
 /// Returns a case's part of results.json.
-nlohmann::ordered_json to_json(const CaseResult& result);
+Json to_json(const CaseResult& result);
 
 /// A picture with its image of bodies. Both empty where there was nothing to draw.
 struct Drawing {

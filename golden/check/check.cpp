@@ -22,13 +22,11 @@
 
 #include "golden/check/case_context.h"
 #include "sim/error.h"
-#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 
 namespace substep::golden {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 /// The keys of a worker's messages, one line each.
@@ -126,7 +124,7 @@ struct Worker {
     buffer.append(bytes.data(), static_cast<std::size_t>(got));
     for (std::size_t end = 0; (end = buffer.find('\n')) != std::string::npos;) {
       is_ready = true;
-      const Json message = parse_json(std::string_view(buffer).substr(0, end), "a checking process");
+      const Json message = Json::parse(buffer.substr(0, end));
       buffer.erase(0, end + 1);
       receive(message);
     }

@@ -19,7 +19,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +28,7 @@
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/verdict.h"
 #include "golden/suite/suite.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/pose_log.h"
 
 namespace substep::golden {
@@ -98,7 +98,7 @@ struct CaseResult {
   std::filesystem::path files;     ///< the folder with its files
   double seconds = 0;              ///< time of the check
   std::vector<ApprovalCandidate> candidates;
-  nlohmann::ordered_json sidecar;  ///< written by approval, which adds date and reason
+  Json sidecar;  ///< written by approval, which adds date and reason
 };
 
 struct CheckOptions {
@@ -111,18 +111,18 @@ struct CheckOptions {
 /// suite's order.
 struct CheckWatcher {
   std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
-  std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
+  std::function<void(const Json& entry)> after_case;  ///< its part of results.json
 };
 
 /// Checks the cases in worker processes, one for each processor. A case that crashes or exceeds its limit of
 /// time is an error, and a new worker goes on with the next case. Returns the content of results.json. Call
 /// it before drawing and without other threads, since the process forks. Throws Error when the suite cannot
 /// be read, another check writes to the same folder, or there is no renderer.
-nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
+Json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 std::filesystem::path results_file(const std::filesystem::path& output);
 
 /// Returns the results that a check wrote. Throws Error when there are no results, or they are damaged.
-nlohmann::ordered_json read_results(const std::filesystem::path& output);
+Json read_results(const std::filesystem::path& output);
 
 }  // namespace substep::golden

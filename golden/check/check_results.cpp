@@ -20,7 +20,6 @@ namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* results_format = "substep check results 8";
 

@@ -15,8 +15,6 @@
 namespace substep::golden {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Prints a line on cases that pass with a note, such as a golden that is not the approved one.
 void print_notes_of_passing(const Json& results) {
   std::vector<const Json*> noted;
@@ -95,10 +93,8 @@ void add_check_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
-      "for\n"
-      "input that cannot be used, 3 where only pictures differ and this is not the renderer that the goldens "
-      "are\n"
-      "exact on.\n"
+      "for input that cannot be used, 3 where only pictures differ and this is not the renderer that the "
+      "goldens are exact on.\n"
       "Example:\n  substep check --case box_stack.a4");
   command->callback([options] { check_goldens(*options); });
 }

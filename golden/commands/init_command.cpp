@@ -6,7 +6,6 @@
 #include <iomanip>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "golden/report/failures.h"
 #include "golden/suite/suite.h"
 #include "sim/error.h"
+#include "sim/loading/json_value.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/scene/scene.h"
@@ -91,8 +91,8 @@ Command words_of(const std::string& line) {
 /// Returns the line of [defaults] that runs the command. Files of the project in it get "../", since it runs
 /// in golden/.
 std::string run_line_of(const std::string& command, const fs::path& project) {
-  nlohmann::ordered_json words = words_of(command);
-  for (nlohmann::ordered_json& word : words) {
+  Json words = words_of(command);
+  for (Json& word : words) {
     const fs::path file = word.get<std::string>();
     if (file.is_relative() && fs::is_regular_file(project / file)) word = "../" + file.generic_string();
   }

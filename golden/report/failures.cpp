@@ -15,7 +15,6 @@ namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 /// Returns a path as a shell word, with ./ before a name that would be an option.
 std::string path_word(const fs::path& path) {

@@ -4,9 +4,10 @@
 /// Printed commands are relative to the user's working folder, since results may move after a check.
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "sim/loading/json_value.h"
 
 namespace substep::golden {
 
@@ -18,14 +19,14 @@ struct ResultsLocation {
 
 /// Returns where commands printed for these results find suite and output: relative where they are below the
 /// working folder, for that is what another machine has, too.
-ResultsLocation location_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+ResultsLocation location_of(const Json& results, const std::filesystem::path& output);
 
 /// Returns the command that approves a case, from its part of results.json: "substep approve box_stack.a4
 /// --reason \"...\""; empty where it cannot be approved from there.
-std::string approve_command(const nlohmann::ordered_json& entry, const ResultsLocation& location);
+std::string approve_command(const Json& entry, const ResultsLocation& location);
 
 /// Returns the printed text of a failing case: its text in results.json, then the command.
-std::string explanation(const nlohmann::ordered_json& entry, const ResultsLocation& location);
+std::string explanation(const Json& entry, const ResultsLocation& location);
 
 /// Returns `word` quoted, so that a shell takes it as one word.
 std::string shell_word(const std::string& word);
@@ -33,8 +34,8 @@ std::string shell_word(const std::string& word);
 /// The cases that fail with one verdict and one origin: a hundred failures of one origin are one line.
 struct FailureGroup {
   std::string verdict;
-  std::string origin;                                ///< "all cases of a3, no others, from frame 1 on"
-  std::vector<const nlohmann::ordered_json*> cases;  ///< of results.json, the scene with fewest bodies first
+  std::string origin;              ///< "all cases of a3, no others, from frame 1 on"
+  std::vector<const Json*> cases;  ///< of results.json, the scene with fewest bodies first
 
   /// "27 cases, simulation changed: all cases of a3, no others, from frame 1 on; simplest: pendulum.a3".
   std::string line() const;
@@ -42,6 +43,6 @@ struct FailureGroup {
 
 /// Groups the failures of results.json, which must outlive the groups. The gravest verdict comes first, then
 /// the largest group.
-std::vector<FailureGroup> failure_groups(const nlohmann::ordered_json& results);
+std::vector<FailureGroup> failure_groups(const Json& results);
 
 }  // namespace substep::golden

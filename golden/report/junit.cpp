@@ -12,8 +12,6 @@
 namespace substep::golden {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// The tests of junit.xml.
 struct JunitSuite {
   std::string xml;

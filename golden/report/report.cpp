@@ -24,7 +24,6 @@ namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 /// Returns a JSON string as text of the page.
 std::string text_of(const Json& json) {
@@ -168,8 +167,7 @@ std::string first_pictures(const Json& results, ReportPictures& pictures) {
     const Json& pair = entry.at("pairs").front();
     fmt::format_to(std::back_inserter(figures),
                    "<figure><a href=\"#{0}\"><img width=\"160\" decoding=\"sync\" alt=\"{0}, frame {1}, as "
-                   "it is drawn now\" "
-                   "src=\"{2}\"></a><figcaption>{0}: {3}</figcaption></figure>\n",
+                   "it is drawn now\" src=\"{2}\"></a><figcaption>{0}: {3}</figcaption></figure>\n",
                    text_of(entry.at("name")), pair.at("frame").get<int>(),
                    pictures.source(entry.at("files").get<std::string>(), pair.at("actual")),
                    text_of(entry.at("verdict")));
@@ -212,8 +210,7 @@ std::string body(const Json& results, const fs::path& output, std::size_t room) 
   html += totals_list(results) + first_pictures(results, pictures) + groups(results) + orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
-      "<kbd>p</kbd> "
-      "pictures · <kbd>1</kbd>–<kbd>3</kbd> how to compare · <kbd>space</kbd> flicker by "
+      "<kbd>p</kbd> pictures · <kbd>1</kbd>–<kbd>3</kbd> how to compare · <kbd>space</kbd> flicker by "
       "hand</p>\n</header>\n"
       "<main>\n";
   const ResultsLocation location = location_of(results, output);

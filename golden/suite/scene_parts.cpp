@@ -10,8 +10,6 @@
 namespace substep::golden {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t digits = 4;  // of a digest
 
 std::string text_of(const Digest& digest) {

@@ -11,8 +11,6 @@
 namespace substep::golden {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Writes one item a line, but a list of numbers in one line, since a sidecar has such lists for every body.
 void write_json(const Json& json, std::size_t depth, std::string& text) {
   const auto is_plain = [](const Json& item) { return !item.is_structured(); };

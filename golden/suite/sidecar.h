@@ -4,13 +4,13 @@
 /// a body differs between two scenes.
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "golden/compare/image_comparison.h"
 #include "golden/compare/provenance.h"
 #include "golden/suite/suite.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
 
@@ -26,10 +26,10 @@ struct Sidecar {
   };
   std::vector<Picture> pictures;
   std::string scene_hash;
-  nlohmann::ordered_json parts;  ///< scene_parts()
-  std::string pose_log_hash;     ///< content hash of the approved pose log
+  Json parts;                 ///< scene_parts()
+  std::string pose_log_hash;  ///< content hash of the approved pose log
   std::string track_hash;
-  nlohmann::ordered_json made_with;
+  Json made_with;
   std::string platform;  ///< that the golden pictures were approved on
 
   const Picture* picture(int frame) const;
@@ -39,17 +39,17 @@ struct Sidecar {
 Sidecar read_sidecar(const std::filesystem::path& file);
 
 /// Returns the sidecar of goldens made here: a run's log, the hash of its track's file, and its pictures.
-nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string& track_hash,
-                                    const Scene& scene, const std::vector<Sidecar::Picture>& pictures,
-                                    const MadeWith& made_with);
+Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string& track_hash,
+                  const Scene& scene, const std::vector<Sidecar::Picture>& pictures,
+                  const MadeWith& made_with);
 
 /// Returns the settings of a case's run. A run made elsewhere has its name in place of the algorithm.
-nlohmann::ordered_json run_settings(const SuiteCase& entry);
+Json run_settings(const SuiteCase& entry);
 
 /// Returns the sidecar's file as text.
-std::string sidecar_text(const nlohmann::ordered_json& sidecar);
+std::string sidecar_text(const Json& sidecar);
 
-nlohmann::ordered_json to_json(const MadeWith& made_with);
+Json to_json(const MadeWith& made_with);
 
 /// Returns "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all
 /// is equal.
@@ -57,7 +57,7 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
 
 /// Returns four hexadecimal digits for each part of each body and joint of the scene as loaded, in the order
 /// of Scene::bodies.
-nlohmann::ordered_json scene_parts(const Scene& scene);
+Json scene_parts(const Scene& scene);
 
 /// The differences between a scene and the noted parts of another.
 struct SceneDifference {
@@ -68,7 +68,7 @@ struct SceneDifference {
 
 /// Compares a scene with noted digests. `names` are the noted bodies' names from the pose log; empty without
 /// a log.
-SceneDifference scene_difference(const nlohmann::ordered_json& noted, const Scene& scene,
+SceneDifference scene_difference(const Json& noted, const Scene& scene,
                                  const std::vector<std::string>& names);
 
 }  // namespace substep::golden

@@ -209,10 +209,9 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
   const std::vector<CLI::Option*> before = command.get_options();
   command.add_option("--title", options.comparison.title, "Title above the pictures (default: none)");
   options.comparison.add_panels_to(command);
-  command.add_option(
-      "--width", options.width,
-      "Width of the whole figure in print: one-column (85 mm), two-columns (178 mm) or a number of "
-      "mm; --size then gives only the pictures' shape");
+  command.add_option("--width", options.width,
+                     "Width of the whole figure in print: one-column (85 mm), two-columns (178 mm) or a "
+                     "number of mm; --size then gives only the pictures' shape");
   command.add_option("--dpi", options.dpi, "Pixels in an inch of print")
       ->check(CLI::Range(50.0, 2400.0))
       ->capture_default_str();
@@ -269,8 +268,7 @@ void add_render_command(CLI::App& app) {
       "Width and height of a picture in pixels (default: 1280x720; 256x144 on a sheet, 640x360 of stills)");
   command->add_option("--output", options->output,
                       "A folder (default: .) or, for one picture, a .png file; a sheet's default is "
-                      "sheet.png, that of stills "
-                      "SCENE.png, which may also be a .pdf");
+                      "sheet.png, that of stills SCENE.png, which may also be a .pdf");
   options->run.add_options_to(*command);
   add_sheet_options(*command, *options);
   add_stills_options(*command, *options);
@@ -278,8 +276,7 @@ void add_render_command(CLI::App& app) {
       "Frame k is the state after k steps; the simulation stops at the last frame that is asked for. A pose "
       "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
       "stands, with its cameras; with --frame, --time or an option of the run it falls onto a plane. A sheet "
-      "shows "
-      "each scene at the 'poster' time of its extras, or else at half its duration.\n"
+      "shows each scene at the 'poster' time of its extras, or else at half its duration.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
       "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --layout strobe --size 7200x4050\n"
       "  substep render scenes/*.gltf --layout sheet --output sheet.png\n"

@@ -136,14 +136,10 @@ void add_video_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "A panel is an algorithm or engine, then settings that differ from the options above, as --set takes "
-      "them, "
-      "then title=…: 'a5,n=4,joints=stable'. A2, AVBD and engines make n·m iterations unless the panel sets "
-      "m. The\n"
-      "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
-      "where\n"
-      "the reference does, and is grey below the reference's uncertainty. Frames between two steps "
-      "are\n"
-      "interpolated.\n"
+      "them, then title=…: 'a5,n=4,joints=stable'. A2, AVBD and engines make n·m iterations unless the panel "
+      "sets m. The strip of errors is the RMS distance of the bodies' points from where the reference has "
+      "them; it ends where the reference does, and is grey below the reference's uncertainty. Frames between "
+      "two steps are interpolated.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "
       "rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"

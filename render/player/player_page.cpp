@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
@@ -23,6 +22,7 @@
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
+#include "sim/loading/json_value.h"
 #include "sim/math/base64.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
@@ -43,8 +43,6 @@ std::string_view player_js();
 
 namespace substep::render {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json list(const Vector3& v) {
   return {v.x(), v.y(), v.z()};

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "sim/error.h"
+#include "sim/loading/json_value.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_cache.h"
@@ -32,14 +32,14 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
   return count == 0 ? 0 : sum / count;
 }
 
-nlohmann::ordered_json to_json(const ReferenceAttempt& attempt) {
+Json to_json(const ReferenceAttempt& attempt) {
   return {{"poses", attempt.poses},
           {"ended", attempt.ended.value_or(-1)},
           {"unsolved", attempt.unsolved.value_or(-1)},
           {"unsolved steps", attempt.unsolved_steps}};
 }
 
-ReferenceAttempt attempt_in(const nlohmann::ordered_json& json) {
+ReferenceAttempt attempt_in(const Json& json) {
   ReferenceAttempt attempt;
   json.at("poses").get_to(attempt.poses);
   const auto time = [&](const char* name) {

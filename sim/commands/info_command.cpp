@@ -1,20 +1,18 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
+#include "sim/loading/json_value.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/json.h"
 #include "sim/simulation.h"
 
 namespace substep {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
   SceneOptions scene;

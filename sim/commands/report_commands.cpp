@@ -64,8 +64,7 @@ void add_claims_command(CLI::App& report) {
   options->output.add_to(*command);
   command->footer(
       "A claim that does not hold is a finding: the exit code is still 0. Only timings, marked by ~, differ "
-      "from "
-      "run to run.\n"
+      "from run to run.\n"
       "Example:\n  substep report claims");
   command->callback([options] { claims(*options); });
 }
@@ -83,8 +82,7 @@ void add_published_command(CLI::App& report) {
   options->output.add_to(*command);
   command->footer(
       "A result that is not met is a finding: the exit code is still 0. Only times, marked by ~, differ from "
-      "run "
-      "to run.\n"
+      "run to run.\n"
       "Example:\n  substep report published --quick");
   command->callback([options] { published(*options); });
 }

@@ -63,8 +63,7 @@ class RunSummary {
   void print(int steps, bool diverged) const {
     fmt::print(
         "deepest penetration {:.3g} m, largest joint gap {:.3g} m, largest rise of the energy above the "
-        "start's "
-        "{:.3g} J\n",
+        "start's {:.3g} J\n",
         metrics_.penetration, metrics_.joint_gap, metrics_.energy_growth);
     if (unsolved_ > 0 || diverged) {
       fmt::print("{} of {} steps not solved{}\n", unsolved_, steps,
@@ -193,16 +192,12 @@ void add_run_command(CLI::App& app) {
       "Redundant rows that contradict one another, as in closed loops, are solved in the least-squares "
       "sense, which is reported at the end.\n"
       "Warnings compare with the start: a joint gap above a hundredth of the scene or a tenth of the "
-      "smallest "
-      "body; a penetration above a tenth of the smallest body; bodies that pass through others; without "
-      "drives, "
-      "an energy growth above a tenth of the sum of the initial kinetic energy and that of a fall by the "
-      "scene's "
-      "size; where nothing brakes joints either, an energy loss above that limit; for free bodies, an energy "
-      "or "
-      "momentum drift above a hundredth; in A4 and A5, summed rotation that turns a body's momentum by 0.1 "
-      "rad. "
-      "Before the run: sub-steps too few for the masses, or so many that A5 gets worse.\n"
+      "smallest body; a penetration above a tenth of the smallest body; bodies that pass through others; "
+      "without drives, an energy growth above a tenth of the sum of the initial kinetic energy and that of a "
+      "fall by the scene's size; where nothing brakes joints either, an energy loss above that limit; for "
+      "free bodies, an energy or momentum drift above a hundredth; in A4 and A5, summed rotation that turns "
+      "a body's momentum by 0.1 rad. Before the run: sub-steps too few for the masses, or so many that A5 "
+      "gets worse.\n"
       "Smaller steps or sub-steps may not reduce an energy growth; a smaller κ may (scenes/claims.md, claim "
       "15).\n"
       "Example:\n"

@@ -58,7 +58,7 @@ Container split_glb(std::string_view bytes, const std::string& file_name) {
   return container;
 }
 
-nlohmann::ordered_json parse(std::string_view text, const std::string& file_name) {
+Json parse(std::string_view text, const std::string& file_name) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) throw Error(file_name + ": is empty");
   if (text.size() > largest_json) {
     throw Error(
@@ -66,10 +66,10 @@ nlohmann::ordered_json parse(std::string_view text, const std::string& file_name
                     file_name, text.size(), largest_json));
   }
   try {
-    nlohmann::ordered_json json = parse_json(text, file_name);
+    Json json = parse_json(text, file_name);
     if (!json.is_object()) throw Error(file_name + ": is JSON, but not an object: not a glTF file");
     return json;
-  } catch (const nlohmann::ordered_json::exception& failure) {
+  } catch (const Json::exception& failure) {
     std::string reason = failure.what();
     if (const std::size_t end = reason.find("] "); end != std::string::npos) reason.erase(0, end + 2);
     throw Error(fmt::format("{}: is not valid JSON: {}", file_name, reason));

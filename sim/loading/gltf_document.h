@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,7 +20,7 @@ struct GltfDocument {
   std::filesystem::path file;
   std::unique_ptr<JsonFile> source = std::make_unique<JsonFile>();  ///< outlives moves of the document
   std::uint64_t hash = 0;
-  nlohmann::ordered_json json;
+  Json json;
   std::vector<std::string_view> buffers;                  ///< each of its declared length, in `files`
   std::vector<std::shared_ptr<const std::string>> files;  ///< contents of all files and data URIs
   std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_beside;

@@ -8,13 +8,13 @@
 namespace substep {
 namespace {
 
-std::string kind(const nlohmann::ordered_json& value) {
+std::string kind(const Json& value) {
   if (value.is_null()) return "null";
   return fmt::format("{} {}", value.is_object() || value.is_array() ? "an" : "a", value.type_name());
 }
 
 /// Finds a duplicate key or too deep nesting in a JSON text, without making values.
-class JsonCheck : public nlohmann::detail::json_sax_acceptor<nlohmann::ordered_json> {
+class JsonCheck : public nlohmann::detail::json_sax_acceptor<Json> {
  public:
   bool start_object(std::size_t) { return open(); }
   bool start_array(std::size_t) { return open(); }
@@ -161,7 +161,7 @@ std::vector<double> JsonValue::numbers(std::size_t size, std::string_view what) 
   if (!value_->is_array() || value_->size() != size) fail("must be an array of {} numbers{}", size, what);
   std::vector<double> numbers(size);
   for (std::size_t i = 0; i < size; ++i) {
-    const nlohmann::ordered_json& item = (*value_)[i];
+    const Json& item = (*value_)[i];
     numbers[i] = item.is_number() ? item.get<double>() : items()[i].number();  // which fails
   }
   return numbers;
@@ -181,11 +181,11 @@ Quaternion JsonValue::rotation() const {
   return rotation;
 }
 
-nlohmann::ordered_json parse_json(std::string_view text, const std::string& what) {
+Json parse_json(std::string_view text, const std::string& what) {
   JsonCheck check;
-  nlohmann::ordered_json::sax_parse(text, &check);
+  Json::sax_parse(text, &check);
   if (!check.fault.empty()) throw Error(what + ": " + check.fault);
-  return nlohmann::ordered_json::parse(text);
+  return Json::parse(text);
 }
 
 }  // namespace substep

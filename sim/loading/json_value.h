@@ -17,6 +17,9 @@
 
 namespace substep {
 
+/// A JSON document, whose objects keep the order of their keys.
+using Json = nlohmann::ordered_json;
+
 /// The file that JSON values are read from.
 struct JsonFile {
   std::string name;                   ///< as messages name it
@@ -27,7 +30,7 @@ struct JsonFile {
 /// they return. The document and the file must outlive it.
 class JsonValue {
  public:
-  JsonValue(const nlohmann::ordered_json& value, JsonFile& file, std::string path = "")
+  JsonValue(const Json& value, JsonFile& file, std::string path = "")
       : value_(&value), file_(&file), path_(std::move(path)) {}
 
   template <typename... Args>
@@ -39,10 +42,10 @@ class JsonValue {
     file_->warnings.push_back(path_ + ": " + fmt::format(text, std::forward<Args>(args)...));
   }
 
-  const nlohmann::ordered_json& json() const { return *value_; }
+  const Json& json() const { return *value_; }
   const std::string& path() const { return path_; }
   /// Returns another value under the same path.
-  JsonValue with(const nlohmann::ordered_json& value) const { return {value, *file_, path_}; }
+  JsonValue with(const Json& value) const { return {value, *file_, path_}; }
   /// Returns file and path, with which messages begin.
   std::string place() const { return file_->name + ": " + (path_.empty() ? "/" : path_); }
 
@@ -101,7 +104,7 @@ class JsonValue {
   Quaternion rotation() const;
 
  private:
-  const nlohmann::ordered_json* value_;
+  const Json* value_;
   JsonFile* file_;
   std::string path_;
 };
@@ -110,6 +113,6 @@ class JsonValue {
 /// with `what` for a duplicate key, of which the parser would keep the last value, and for a nesting that
 /// recursive code could not follow. The check goes before: a parser with a callback walks a whole array
 /// again after each object in it, which takes seconds in a file of 50,000 nodes.
-nlohmann::ordered_json parse_json(std::string_view text, const std::string& what);
+Json parse_json(std::string_view text, const std::string& what);
 
 }  // namespace substep

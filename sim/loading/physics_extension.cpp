@@ -70,7 +70,7 @@ ImplicitShape read_shape(const JsonValue& json, const GltfDocument& document) {
   ImplicitShape shape;
   shape.kind = type.kind;
   shape.convex_hull = name == "convex";
-  static const nlohmann::ordered_json none = nlohmann::ordered_json::object();
+  static const Json none = Json::object();
   const auto given = json.find(name.c_str());
   const JsonValue values = given ? *given : json.with(none);
   values.warn_of_unknown(type.keys);

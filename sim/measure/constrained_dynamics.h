@@ -15,18 +15,22 @@
 
 namespace substep {
 
+/// Returns G, whose columns are the rows' parts of all bodies: Γ = GᵀG.
+inline Eigen::MatrixXd columns_of(const Mlcp& mlcp) {
+  const auto rows = static_cast<Eigen::Index>(mlcp.rows.size());
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * mlcp.bodies, rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mlcp::Row& row = mlcp.rows[i];
+    if (row.a >= 0) g.col(i).segment<6>(6 * row.a) += row.part_a;
+    if (row.b >= 0) g.col(i).segment<6>(6 * row.b) += row.part_b;
+  }
+  return g;
+}
+
 /// Factors the rows' directions, which have unit length in the metric of the masses. The rank counts the rows
 /// that are linearly independent to `tolerance`.
 inline Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Mlcp& mlcp, double tolerance) {
-  const auto rows = static_cast<Eigen::Index>(mlcp.rows.size());
-  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * mlcp.bodies, rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const Mlcp::Row& row = mlcp.rows[i];
-    if (row.a >= 0) directions.col(i).segment<6>(6 * row.a) += row.part_a;
-    if (row.b >= 0) directions.col(i).segment<6>(6 * row.b) += row.part_b;
-    directions.col(i).normalize();
-  }
-  Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(directions);
+  Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(columns_of(mlcp).colwise().normalized());
   factored.setThreshold(tolerance);
   return factored;
 }
@@ -243,25 +247,17 @@ class ConstrainedDynamics {
 
   /// Solves Γλ = right where λ may not be unique: Γ = GᵀG, with G = QRPᵀ. Returns the impulses Gλ by body.
   std::vector<Vector6> solved_densely() {
-    const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
-    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(6 * mlcp_.bodies, rows);
-    Eigen::VectorXd right(rows);
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      const Mlcp::Row& row = mlcp_.rows[i];
-      if (row.a >= 0) g.col(i).segment<6>(6 * row.a) += row.part_a;
-      if (row.b >= 0) g.col(i).segment<6>(6 * row.b) += row.part_b;
-      right[i] = row.right;
-    }
-    const Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(g);
+    const Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored(columns_of(mlcp_));
     const auto r = factored.matrixQR().topLeftCorner(factored.rank(), factored.rank());
     const auto order = factored.colsPermutation().indices().head(factored.rank());
-    Eigen::VectorXd y = right(order);
+    Eigen::VectorXd y(factored.rank());
+    for (Eigen::Index k = 0; k < y.size(); ++k) y[k] = mlcp_.rows[order[k]].right;
     r.triangularView<Eigen::Upper>().transpose().solveInPlace(y);
-    Eigen::VectorXd impulses = Eigen::VectorXd::Zero(g.rows());
+    Eigen::VectorXd impulses = Eigen::VectorXd::Zero(factored.rows());
     impulses.head(y.size()) = y;
     impulses = factored.matrixQ() * impulses;
     r.triangularView<Eigen::Upper>().solveInPlace(y);
-    lambda_.assign(rows, 0);
+    lambda_.assign(mlcp_.rows.size(), 0);
     for (Eigen::Index k = 0; k < y.size(); ++k) lambda_[order[k]] = y[k];
     std::vector<Vector6> by_body(mlcp_.bodies);
     for (int body = 0; body < mlcp_.bodies; ++body) by_body[body] = impulses.segment<6>(6 * body);

@@ -2,7 +2,7 @@
 /// Converts settings, metrics and times to JSON and back, for sidecars of goldens and for records of sweeps.
 /// Also converts scenes to JSON. Numbers that are not finite are null, and read back as infinite.
 
-#include <nlohmann/json.hpp>
+#include "sim/loading/json_value.h"
 
 namespace substep {
 
@@ -12,18 +12,18 @@ struct Scene;
 struct Settings;
 
 /// Returns the settings as an object with the fields of settings_fields.h.
-nlohmann::ordered_json to_json(const Settings& settings);
-nlohmann::ordered_json to_json(const Metrics& metrics);
-nlohmann::ordered_json to_json(const RunTimes& times);
+Json to_json(const Settings& settings);
+Json to_json(const Metrics& metrics);
+Json to_json(const RunTimes& times);
 
 /// Throws nlohmann's exceptions if a field is missing or of another type, and Error for an unknown name.
-Settings settings_in(const nlohmann::ordered_json& json);
+Settings settings_in(const Json& json);
 /// Throw Error for JSON that to_json() does not return.
-Metrics metrics_in(const nlohmann::ordered_json& json);
-RunTimes times_in(const nlohmann::ordered_json& json);
+Metrics metrics_in(const Json& json);
+RunTimes times_in(const Json& json);
 
 /// Returns the scene without its appearance, as it is simulated, complete enough for `info --json` and for
 /// simulators that are commands: SI units, null for infinite. scenes/format.md documents it.
-nlohmann::ordered_json scene_json(const Scene& scene);
+Json scene_json(const Scene& scene);
 
 }  // namespace substep

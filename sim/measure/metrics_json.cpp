@@ -16,8 +16,6 @@
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Calls `field` with each key of the JSON and its member of Metrics.
 template <typename Field>
 void for_each_field(Metrics& x, const Field& field) {

@@ -129,8 +129,7 @@ TextTable times_of(const SceneMeasurement& m) {
 std::string heading(const SceneMeasurement& m) {
   return fmt::format(
       "{}: {}\nReference: {}; turns are uncertain by {} rad. Errors are until then, over all moving\nbodies; "
-      "≈: "
-      "less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
+      "≈: less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
       m.scene, m.modelled, reference_text(m.reference), short_number(m.reference.uncertainty().turn), m.size,
       m.duration);
 }

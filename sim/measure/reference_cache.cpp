@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "sim/error.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 
@@ -56,7 +55,7 @@ fs::path ReferenceCache::file_of(const std::string& key) const {
 
 /// Returns a cached result. A file holds the hash of its rest in 16 digits, then, as CBOR, the key and the
 /// result.
-std::optional<nlohmann::ordered_json> ReferenceCache::find(const std::string& key) const {
+std::optional<Json> ReferenceCache::find(const std::string& key) const {
   constexpr std::size_t digits = 16;
   if (program_.empty()) return std::nullopt;
   const fs::path file = file_of(key);
@@ -64,20 +63,20 @@ std::optional<nlohmann::ordered_json> ReferenceCache::find(const std::string& ke
   if (content.size() <= digits) return std::nullopt;
   const std::string_view body = std::string_view(content).substr(digits);
   if (content.compare(0, digits, fmt::format("{:016x}", fnv1a(body))) != 0) return std::nullopt;
-  nlohmann::ordered_json entry = nlohmann::ordered_json::from_cbor(body, true, false);
+  Json entry = Json::from_cbor(body, true, false);
   if (!entry.is_array() || entry.size() != 2 || entry[0] != program_ + key) return std::nullopt;
   std::error_code ignored;
   fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
   return std::move(entry[1]);
 }
 
-void ReferenceCache::keep(const std::string& key, const nlohmann::ordered_json& result) const {
+void ReferenceCache::keep(const std::string& key, const Json& result) const {
   if (program_.empty()) return;
   std::error_code failure;
   fs::create_directories(folder_, failure);
   if (failure) return;
   std::string body;
-  nlohmann::ordered_json::to_cbor(nlohmann::ordered_json::array({program_ + key, result}), body);
+  Json::to_cbor(Json::array({program_ + key, result}), body);
   if (body.size() > most_bytes_) return;
   try {
     write_file(file_of(key), fmt::format("{:016x}{}", fnv1a(body), body));
@@ -111,57 +110,38 @@ void ReferenceCache::remove_oldest() const {
   }
 }
 
-void to_json(nlohmann::ordered_json& json, const Coordinates& q) {
+void to_json(Json& json, const Coordinates& q) {
   json = {q.linear.x(),  q.linear.y(),  q.linear.z(), q.angular.x(),
           q.angular.y(), q.angular.z(), q.angular.w()};
 }
 
-void from_json(const nlohmann::ordered_json& json, Coordinates& q) {
+void from_json(const Json& json, Coordinates& q) {
   const auto numbers = json.get<std::array<double, 7>>();
   q.linear = Vector3(numbers.data());
   q.angular.coeffs() = Eigen::Vector4d(numbers.data() + 3);
 }
 
-static void to_json(nlohmann::ordered_json& json, const Velocity& v) {
+static void to_json(Json& json, const Velocity& v) {
   json = {v.linear.x(), v.linear.y(), v.linear.z(), v.angular.x(), v.angular.y(), v.angular.z()};
 }
 
-static void from_json(const nlohmann::ordered_json& json, Velocity& v) {
+static void from_json(const Json& json, Velocity& v) {
   const auto numbers = json.get<std::array<double, 6>>();
   v = {Vector3(numbers.data()), Vector3(numbers.data() + 3)};
 }
 
-static void to_json(nlohmann::ordered_json& json, const State& state) {
-  json = std::tie(state.q, state.v);
-}
-
-static void from_json(const nlohmann::ordered_json& json, State& state) {
-  json.at(0).get_to(state.q);
-  json.at(1).get_to(state.v);
-}
-
-static void to_json(nlohmann::ordered_json& json, const Uncertainty& x) {
-  json = {x.position, x.turn};
-}
-
-static void from_json(const nlohmann::ordered_json& json, Uncertainty& x) {
-  json.at(0).get_to(x.position);
-  json.at(1).get_to(x.turn);
-}
-
-static void to_json(nlohmann::ordered_json& json, const ReferenceMotion& x) {
-  json =
-      std::tie(x.motion.interval, x.motion.samples, x.method, x.horizon, x.divergence_point, x.uncertainties);
-}
-
-static void from_json(const nlohmann::ordered_json& json, ReferenceMotion& x) {
-  json.at(0).get_to(x.motion.interval);
-  json.at(1).get_to(x.motion.samples);
-  json.at(2).get_to(x.method);
-  json.at(3).get_to(x.horizon);
-  json.at(4).get_to(x.divergence_point);
-  json.at(5).get_to(x.uncertainties);
-}
+// NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE for Json: version 3.11.2 has it for the type with sorted keys alone.
+#define SUBSTEP_JSON_FIELDS(Type, ...)                                         \
+  static void to_json(Json& nlohmann_json_j, const Type& nlohmann_json_t) {    \
+    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))   \
+  }                                                                            \
+  static void from_json(const Json& nlohmann_json_j, Type& nlohmann_json_t) {  \
+    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_FROM, __VA_ARGS__)) \
+  }
+SUBSTEP_JSON_FIELDS(State, q, v)
+SUBSTEP_JSON_FIELDS(Motion, interval, samples)
+SUBSTEP_JSON_FIELDS(Uncertainty, position, turn)
+SUBSTEP_JSON_FIELDS(ReferenceMotion, motion, method, horizon, divergence_point, uncertainties)
 
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,
                                  const ReferenceCache& cache) {

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
+#include "sim/loading/json_value.h"
 #include "sim/measure/motion.h"
 #include "sim/model/state.h"
 
@@ -30,8 +30,8 @@ class ReferenceCache {
   /// Returns the cache of the user: $XDG_CACHE_HOME/substep, or ~/.cache/substep; without either, none.
   static ReferenceCache of_user();
 
-  std::optional<nlohmann::ordered_json> find(const std::string& key) const;
-  void keep(const std::string& key, const nlohmann::ordered_json& result) const;
+  std::optional<Json> find(const std::string& key) const;
+  void keep(const std::string& key, const Json& result) const;
 
  private:
   std::filesystem::path file_of(const std::string& key) const;
@@ -43,8 +43,8 @@ class ReferenceCache {
 };
 
 /// Convert a body's coordinates to an array of seven numbers, and back.
-void to_json(nlohmann::ordered_json& json, const Coordinates& q);
-void from_json(const nlohmann::ordered_json& json, Coordinates& q);
+void to_json(Json& json, const Coordinates& q);
+void from_json(const Json& json, Coordinates& q);
 
 /// Returns reference_motion(), from the cache where it is stored. The scene must be unchanged since it was
 /// loaded.

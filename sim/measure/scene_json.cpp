@@ -16,8 +16,6 @@
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json numbers(const Vector3& vector) {
   return {vector.x(), vector.y(), vector.z()};
 }

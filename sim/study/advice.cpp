@@ -58,8 +58,7 @@ std::string beyond_text(const std::vector<SweepRecord>& records) {
   if (!is_growing(*worst)) return "take smaller steps than were measured";
   return fmt::format(
       "smaller sub-steps are no way there in {}, where what rows that share bodies leave grows by a factor "
-      "of "
-      "{:.3g} in each, however small. Take more iterations or a smaller τ, or smaller steps of A1",
+      "of {:.3g} in each, however small. Take more iterations or a smaller τ, or smaller steps of A1",
       spoken(*worst, has_joints(records)), *worst->substep_radius);
 }
 

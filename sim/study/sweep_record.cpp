@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
@@ -16,8 +15,6 @@
 
 namespace substep {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string field(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : "inf";

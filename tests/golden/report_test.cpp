@@ -126,9 +126,7 @@ TEST_F(ReportTest, GroupsOneChangeOfManyScenes) {
   for (const FailureGroup& group : failure_groups(results)) lines += group.line() + "\n";
   EXPECT_EQ(lines,
             "10 cases, scene changed: pose, field of view, brightness or colour of light, 10 of 12 cases, of "
-            "10 scenes, all a3; "
-            "simplest: "
-            "bouncing_balls.a3\n"
+            "10 scenes, all a3; simplest: bouncing_balls.a3\n"
             "bouncing_balls.a3, scene changed: gone: d\n"
             "bouncing_balls.a3, scene changed: mass, inertia or gravity factor of a; pose, field of view, "
             "brightness or colour of camera, light\n");

@@ -116,8 +116,8 @@ class SmallSuite {
   /// Makes the light of the scene's file weaker.
   void change_light() const { replace_in(scene(), "\"intensity\":3.0", "\"intensity\":2.5"); }
 
-  nlohmann::ordered_json sidecar_json() const { return nlohmann::ordered_json::parse(read_text(sidecar())); }
-  void change_sidecar(const std::function<void(nlohmann::ordered_json&)>& change) const {
+  Json sidecar_json() const { return Json::parse(read_text(sidecar())); }
+  void change_sidecar(const std::function<void(Json&)>& change) const {
     auto json = sidecar_json();
     change(json);
     write_text(sidecar(), sidecar_text(json));

@@ -206,7 +206,7 @@ TEST(Expectations, EndsStaysAtFirstCrossing) {
   EXPECT_TRUE(cut[0].is_bad());
 }
 
-TEST(Expectations, PosesShowTheFirstQuantityOfPositions) {
+TEST(ExpectationOfPoses, IsTheFirstThatPosesAloneDetermine) {
   Scene scene = two_bodies();
   EXPECT_EQ(expectation_of_poses(scene), nullptr);
   Expectation crossing = of(Quantity::displacement, 1);

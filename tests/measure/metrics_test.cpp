@@ -1,12 +1,12 @@
 // Metrics of runs: the parts of errors, invariants, and the tables.
 
 #include "sim/measure/metrics.h"
+#include "sim/loading/json_value.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "sim/error.h"
@@ -154,7 +154,7 @@ TEST(Json, RoundTripKeepsBits) {
   gone.error.position.rms = INFINITY;
   gone.diverged = 0.5;
   for (const Metrics& known : {m, gone}) {
-    const Metrics read = metrics_in(nlohmann::ordered_json::parse(to_json(known).dump()));
+    const Metrics read = metrics_in(Json::parse(to_json(known).dump()));
     EXPECT_EQ(to_json(read), to_json(known));
     EXPECT_EQ(read.error.position.rms, known.error.position.rms);
     EXPECT_EQ(read.parts.model, known.parts.model);

@@ -1,13 +1,13 @@
 // Tests the cache of references: a reference is read where nothing has changed, and computed otherwise.
 
 #include "sim/measure/reference_cache.h"
+#include "sim/loading/json_value.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -90,7 +90,7 @@ TEST(ReferenceCache, IgnoresUnwritableFolder) {
 
 TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
   const test::TemporaryFolder folder;
-  const nlohmann::ordered_json numbers = std::vector<double>(5000, 0.1);
+  const Json numbers = std::vector<double>(5000, 0.1);
   const auto use = [&] {
     const ReferenceCache cache(folder.path(), 60'000);
     for (int i = 0; i < 50; ++i) {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "program.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/pose_log.h"
 #include "sim/math/base64.h"
 
@@ -16,7 +16,6 @@ namespace substep {
 namespace {
 
 using testing::HasSubstr;
-using Json = nlohmann::ordered_json;
 
 class Export : public Program {
  protected:

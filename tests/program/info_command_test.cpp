@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "program.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 #include "tests/folders.h"
 
@@ -47,10 +47,10 @@ TEST_F(InfoCommand, ExplainsSubsteps) {
 TEST_F(InfoCommand, GivesTheSameAsJson) {
   const Outcome outcome = run({"info", "--json", mesh("gear.stl"), "--scale", "0.001", "--mass", "0.25"});
   EXPECT_EQ(outcome.exit_code, 0);
-  const nlohmann::ordered_json scene = nlohmann::ordered_json::parse(outcome.out);
+  const Json scene = Json::parse(outcome.out);
   ASSERT_EQ(scene.at("bodies").size(), 2u);
   EXPECT_EQ(scene.at("bodies")[0].at("colliders")[0].at("shape"), "plane");
-  const nlohmann::ordered_json& gear = scene.at("bodies")[1];
+  const Json& gear = scene.at("bodies")[1];
   EXPECT_EQ(gear.at("name"), "gear");
   EXPECT_NEAR(gear.at("mass").get<double>(), 0.25, 1e-12);
   EXPECT_EQ(gear.at("colliders")[0].at("shape"), "hull");
@@ -90,15 +90,13 @@ TEST_F(InfoCommand, WarnsOfLikelyMistakes) {
   EXPECT_EQ(note_on("\"duration\": 3", "\"gravity\": [0, 0, 0]"), "");
   // The arm's joint holds it; as a body of its own it floats.
   EXPECT_EQ(note_on("\"mass\": 2", "\"mass\": 0"), "");
-  EXPECT_THAT(note_on("\"motion\": {}, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
-                      "\"name\": \"elbow on the arm\", "
-                      "\"translation\": [0.5, 0, 0],\n      \"extensions\": { \"KHR_physics_rigid_bodies\": "
-                      "{ \"joint\": { "
-                      "\"connectedNode\": 4, \"joint\": 0 } } } },",
-                      "\"motion\": { \"mass\": 0 }, \"collider\": { \"geometry\": { \"shape\": 0 } } } } "
-                      "},\n    { \"name\": "
-                      "\"elbow on the arm\" },"),
-              HasSubstr("/mass: 0 is infinite, so the body floats"));
+  EXPECT_THAT(
+      note_on("\"motion\": {}, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
+              "\"name\": \"elbow on the arm\", \"translation\": [0.5, 0, 0],\n      \"extensions\": { "
+              "\"KHR_physics_rigid_bodies\": { \"joint\": { \"connectedNode\": 4, \"joint\": 0 } } } },",
+              "\"motion\": { \"mass\": 0 }, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
+              "\"name\": \"elbow on the arm\" },"),
+      HasSubstr("/mass: 0 is infinite, so the body floats"));
   EXPECT_THAT(shell("run $S/pendulum.gltf --step 1 --duration 1").err,
               HasSubstr("--step 1 is a step of 1 s"));
   refuses("run $S/pendulum.gltf --step 60", "--step 60: is a step of 60 s");

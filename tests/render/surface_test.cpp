@@ -282,7 +282,7 @@ TEST(Surfaces, SpotEndsAtConeAndLightAtRange) {
   EXPECT_EQ(at(ranged, 0.95, 0.5), at(dark, 0.95, 0.5));
 }
 
-TEST(Surfaces, SingleSidedSurfaceIsInvisibleFromBehind) {
+TEST(Surfaces, AreInvisibleFromBehindIfSingleSided) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0, 1, 0), -0.5, 2);
   Surface surface = unlit(1, 0, 0);
@@ -295,7 +295,7 @@ TEST(Surfaces, SingleSidedSurfaceIsInvisibleFromBehind) {
   expect_near(at(drawn(scene)), {255, 0, 0});
 }
 
-TEST(Surfaces, CutOutPartsAreAbsentFromBodyImage) {
+TEST(Surfaces, LeaveCutOutPartsOutOfTheBodyImage) {
   Scene scene = facing_scene();
   scene.bodies.emplace_back().inverse_mass = 1;
   add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5).attributes.colors =

@@ -56,7 +56,7 @@ class SweepResults : public testing::Test {
   static inline FigureSource* source_ = nullptr;
 };
 
-TEST_F(SweepResults, HaveACellForEachColumn) {
+TEST_F(SweepResults, GiveTablesACellForEachColumn) {
   const std::vector<SweepRecord>& records = source().records;
   const std::vector<TextTable> tables{
       choices_table(records), references_table(records), limits_table(records, false), slopes_table(records),

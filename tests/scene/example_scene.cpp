@@ -16,8 +16,6 @@
 namespace substep::test {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 void append(std::string& bytes, std::uint64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
 }
@@ -199,8 +197,8 @@ std::string warnings(const Json& document) {
   return text;
 }
 
-int add_accessor(nlohmann::ordered_json& document, std::string& bytes, const std::string& numbers,
-                 int component, const char* type) {
+int add_accessor(Json& document, std::string& bytes, const std::string& numbers, int component,
+                 const char* type) {
   document["bufferViews"].push_back(
       {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", numbers.size()}});
   document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},

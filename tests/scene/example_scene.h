@@ -2,11 +2,11 @@
 /// A small valid scene for tests to change, and the files to put it in.
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/loading/json_value.h"
 #include "sim/loading/load_scene.h"
 #include "tests/temporary_folder.h"
 
@@ -18,14 +18,14 @@ std::string cube_buffer();
 /// Returns a document. Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child
 /// 2 "hook", which a joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside
 /// the scene; 6 "eye", a camera; 7 "sun", a light. The buffer is a data URI.
-nlohmann::ordered_json example();
+Json example();
 
 /// Changes a document: "/nodes/1/name = 5; /nodes/- = {}" sets one value and appends another; an empty
 /// value removes. In pointers, $ stands for extensions/KHR_physics_rigid_bodies and # for
 /// extensions/KHR_implicit_shapes/shapes.
-nlohmann::ordered_json edited(nlohmann::ordered_json document, const std::string& edits);
+Json edited(Json document, const std::string& edits);
 /// Returns the changed example.
-nlohmann::ordered_json edited(const std::string& edits);
+Json edited(const std::string& edits);
 
 /// Returns a pointer with $ and # written out.
 std::string pointer(std::string text);
@@ -36,21 +36,21 @@ std::vector<std::vector<std::string>> rows(const std::string& table);
 
 /// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the accessor of the
 /// items.
-int add_accessor(nlohmann::ordered_json& document, std::string& bytes, const std::string& numbers,
-                 int component, const char* type);
+int add_accessor(Json& document, std::string& bytes, const std::string& numbers, int component,
+                 const char* type);
 
 /// Returns the document with a skin for the cube that a node has: half of its corners hang on each of two
 /// joints.
-nlohmann::ordered_json skinned(nlohmann::ordered_json document, int node, const std::string& joints);
+Json skinned(Json document, int node, const std::string& joints);
 
 /// Returns a document with one node, named "body", that has this motion and this implicit shape as its
 /// collider.
-nlohmann::ordered_json one_body(const std::string& motion, const std::string& shape);
+Json one_body(const std::string& motion, const std::string& shape);
 
 /// Returns the two chunks as a `.glb` file; the document's first buffer must have no `uri`.
 std::string glb(const std::string& json, const std::string& binary);
 
-Scene load(const nlohmann::ordered_json& document);
+Scene load(const Json& document);
 
 /// Compares values of scene_json(). Each row: a pointer, the value, and the tolerance of its numbers, which
 /// is 0 where none is given.
@@ -59,8 +59,8 @@ void expect_scene(const Scene& scene, const std::string& table);
 /// Returns the message of load_scene; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
 /// Returns the warnings of load_scene, a line each.
-std::string warnings(const nlohmann::ordered_json& document);
-std::string complaint(const nlohmann::ordered_json& document);
+std::string warnings(const Json& document);
+std::string complaint(const Json& document);
 
 /// The result of load_scene() in a process of its own, and its costs.
 struct Outcome {

@@ -8,7 +8,6 @@
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 using namespace test;
 

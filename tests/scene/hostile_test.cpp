@@ -13,7 +13,6 @@
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using testing::AllOf;
 using testing::HasSubstr;
 using namespace test;

@@ -9,19 +9,18 @@
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/loading/json_value.h"
 #include "sim/loading/load_scene.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 using namespace test;
 

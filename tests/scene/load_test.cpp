@@ -15,7 +15,6 @@
 namespace substep {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;

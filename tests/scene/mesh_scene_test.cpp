@@ -128,7 +128,7 @@ TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
   EXPECT_NE(scene.hash, load_text("cube.obj", cube_obj).hash);
 }
 
-TEST(SymmetricInertia, DropsWhatRoundingAdds) {
+TEST(SymmetricPrincipalInertia, RemovesRoundingErrors) {
   for (int odd = 0; odd < 3; ++odd) {
     Matrix3 inertia = Vector3(2, 2, 2).asDiagonal();
     inertia(odd, odd) = 5;
@@ -201,7 +201,7 @@ TEST(MeshScene, ReadsStlPlyAndCollada) {
   EXPECT_NEAR(1 / tetrahedron.bodies[1].inverse_mass, 1000 / 6., 1e-4);  // measured 2e-6
 }
 
-nlohmann::ordered_json without_physics() {
+Json without_physics() {
   return edited(R"(/extensions =; /extensionsUsed =; /extensionsRequired =; /scenes = [{"nodes": [0, 1]}];
     /nodes = [{"name": "left", "mesh": 0, "translation": [-2, 5, 0]},
               {"name": "right", "mesh": 0, "scale": [2, 1, -1]}])");
@@ -222,8 +222,7 @@ TEST(MeshScene, GltfWithoutPhysicsFalls) {
 }
 
 TEST(MeshScene, OtherExtensionsMakeNoScene) {
-  const nlohmann::ordered_json document =
-      edited(without_physics(), R"(/extensionsUsed = ["KHR_lights_punctual"];
+  const Json document = edited(without_physics(), R"(/extensionsUsed = ["KHR_lights_punctual"];
     /extensions/KHR_lights_punctual/lights = [{"type": "point"}];
     /nodes/1/extensions/KHR_lights_punctual/light = 0)");
   const Scene scene = load_text("lit.gltf", document.dump());
@@ -232,9 +231,8 @@ TEST(MeshScene, OtherExtensionsMakeNoScene) {
 }
 
 TEST(MeshScene, SkinnedMeshFollowsItsJoints) {
-  const nlohmann::ordered_json document =
-      edited(skinned(without_physics(), 0, "[2, 2]"),
-             R"(/nodes/2 = {"name": "joint", "translation": [7, 8, 9], "scale": [3, 1, 1]};
+  const Json document = edited(skinned(without_physics(), 0, "[2, 2]"),
+                               R"(/nodes/2 = {"name": "joint", "translation": [7, 8, 9], "scale": [3, 1, 1]};
     /scenes/0/nodes = [0, 1, 2])");
   const Scene scene = load_text("skinned.gltf", document.dump());
   ASSERT_EQ(scene.bodies.size(), 3u);
@@ -245,14 +243,14 @@ TEST(MeshScene, SkinnedMeshFollowsItsJoints) {
 }
 
 TEST(MeshScene, TangentsTurnWithTheirMesh) {
-  nlohmann::ordered_json document = without_physics();
+  Json document = without_physics();
   std::string bytes = cube_buffer();
   std::string tangents;
   for (int corner = 0; corner < 8; ++corner) {
     const std::array<float, 4> tangent{0.6F, 0, 0.8F, 1};
     tangents.append(reinterpret_cast<const char*>(tangent.data()), sizeof tangent);
   }
-  nlohmann::ordered_json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
   attributes["NORMAL"] = attributes["POSITION"];
   attributes["TANGENT"] = add_accessor(document, bytes, tangents, 5126, "VEC4");
   document["nodes"][0]["rotation"] = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // x goes to y
@@ -281,7 +279,7 @@ TEST(MeshScene, ReadsExtensionsInCapitals) {
 }
 
 TEST(MeshScene, RefusesMeshSharedTooOften) {
-  nlohmann::ordered_json document = without_physics();
+  Json document = without_physics();
   for (int i = 2; i < 1001; ++i) {
     document["nodes"].push_back({{"mesh", 0}});
     document["scenes"][0]["nodes"].push_back(i);

@@ -41,8 +41,7 @@ TEST_F(PublishedFile, JudgesByExpectationsOfScenes) {
   const auto results = read(
       head +
       "run = [{ name = 'few', algorithms = ['a1', 'a2'], settings = { substeps = 20 }, judged = ['a1'], "
-      "quick = true }, "
-      "{ name = 'all', algorithms = ['a2'], settings = { substeps = 75 }, judged = ['a2'] }, "
+      "quick = true }, { name = 'all', algorithms = ['a2'], settings = { substeps = 75 }, judged = ['a2'] }, "
       "{ name = 'gain', algorithms = ['a2'], settings = { substeps = 75 }, against = 'few', at_least = 2 "
       "}]\n");
   const auto all = measure_published(results, {});

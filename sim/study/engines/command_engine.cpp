@@ -1,3 +1,4 @@
+#include "sim/loading/json_value.h"
 #include "sim/study/engines/engines.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
 #include <thread>
@@ -123,12 +123,12 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
                             fmt::join(command, " ")));
   }
   // Replace invalid UTF-8, since names come from files in any encoding.
-  constexpr auto replaced = nlohmann::ordered_json::error_handler_t::replace;
+  constexpr auto replaced = Json::error_handler_t::replace;
   write_file(folder.file("scene.json"), scene_json(scene).dump(1, ' ', false, replaced));
-  write_file(folder.file("settings.json"), nlohmann::ordered_json{{"step", settings.step},
-                                                                  {"duration", scene.duration},
-                                                                  {"iterations", settings.iterations},
-                                                                  {"substeps", settings.substeps}}
+  write_file(folder.file("settings.json"), Json{{"step", settings.step},
+                                                {"duration", scene.duration},
+                                                {"iterations", settings.iterations},
+                                                {"substeps", settings.substeps}}
                                                .dump());
   run_program(words, time_limit);
   std::error_code ignored;
