@@ -30,15 +30,15 @@ using VelocityVector = std::vector<Velocity>;
 
 /// Buffers that outlive a step, and the step's report.
 struct Work {
-  VelocityVector sum;          ///< A3, A4: Σ v̆ᵏ
-  VelocityVector sum_v;        ///< A5: sv
-  Mlcp mlcp;                   ///< A1
-  DirectSolver solver;         ///< A1
-  std::vector<double> lambda;  ///< A1
-  MlcpReport report;           ///< A1
-  SoftStepWork soft;           ///< Soft Step
-  AvbdWork avbd;               ///< AVBD
-  CarriedForces carried;       ///< Soft Step, AVBD
+  VelocityVector sum;           ///< A3, A4: Σ v̆ᵏ
+  VelocityVector sum_v;         ///< A5: sv
+  Mlcp mlcp;                    ///< A1
+  DirectSolver solver;          ///< A1
+  std::vector<double> lambda;   ///< A1
+  MlcpReport report;            ///< A1
+  std::vector<SoftPoint> soft;  ///< Soft Step
+  AvbdWork avbd;                ///< AVBD
+  CarriedForces carried;        ///< Soft Step, AVBD
   std::int64_t row_solves = 0;
 };
 

@@ -1,8 +1,11 @@
 #pragma once
 /// The one exception type of the library: a sentence for the person who gave the input.
 
+#include <fmt/core.h>
+
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace substep {
 
@@ -11,6 +14,11 @@ namespace substep {
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+
+  /// Formats the message as fmt::format() does.
+  template <typename First, typename... Others>
+  Error(fmt::format_string<First, Others...> text, First&& first, Others&&... others)
+      : std::runtime_error(fmt::format(text, std::forward<First>(first), std::forward<Others>(others)...)) {}
 };
 
 }  // namespace substep

@@ -25,7 +25,6 @@ struct Simulation::Implementation {
     is_direct = settings.algorithm == Algorithm::a1;
     is_descendant = !is_of_report(settings.algorithm) && !procedure;
     problem.model = &model;
-    problem.contacts = &no_contacts;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
     build_blocks(problem, is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows);
@@ -50,7 +49,6 @@ struct Simulation::Implementation {
   void reserve() {
     const std::size_t contacts = model.contacts ? 16 * scene.colliders.size() : 0;  // as ContactFinder does
     state.contacts.reserve(contacts);
-    start = state;
     remembered.reserve(contacts);
     remembered_patches.reserve(contacts);
     state.patches.reserve(contacts);
@@ -83,7 +81,6 @@ struct Simulation::Implementation {
     before_v = state.v;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
-    report.parts = 0;
     earlier_impulses.clear();
     // Take more parts in A1 after a step in which joints pulled harder, as those of whirling bodies do. A2
     // keeps the start's number, so that each step has as many rows. Each part removes only its fraction of a
@@ -125,17 +122,16 @@ struct Simulation::Implementation {
   double take_part(double rest) {
     constexpr int most_parts = 64;
     const double shortest = 1e-6 * equal_part;
-    start.q = state.q;
-    start.v = state.v;
+    start_q = state.q;
+    start_v = state.v;
     for (double part = rest;;) {
-      ++report.parts;
       const bool is_last = ++tried_parts >= most_parts;
       find_contacts(part, is_last);
       double sooner = is_last ? part : std::max(finder.first_timed_impact(), shortest);
       if (!(sooner < part)) {
         take(part);
         if (report.status == StepReport::Status::diverged) return part;
-        const auto missed = is_last ? std::nullopt : finder.missed(start, state.q, part);
+        const auto missed = is_last ? std::nullopt : finder.missed(start_q, state.q, part);
         // The path to what was missed bends at an impact, so its time is known only from there on.
         const double first = finder.first_impact();
         if (missed) sooner = std::max(first < part ? first : *missed, shortest);
@@ -145,8 +141,8 @@ struct Simulation::Implementation {
           state.joint_forces.swap(remembered_joints);
           return part;
         }
-        state.q = start.q;
-        state.v = start.v;
+        state.q = start_q;
+        state.v = start_v;
       }
       part = sooner;
     }
@@ -281,12 +277,11 @@ struct Simulation::Implementation {
       case Algorithm::a5:
         return proc5(state.q, state.v, part_settings, problem, work);
       case Algorithm::soft:
-        soft_step(state.q, state.v, part_settings, problem, work.soft, work.carried);
-        work.row_solves += work.soft.row_solves;
+        work.row_solves += soft_step(state.q, state.v, part_settings, problem, work.soft, work.carried);
         return;
       case Algorithm::avbd:
-        avbd(state.q, state.v, part_settings, problem, state.joint_forces, work.avbd, work.carried);
-        work.row_solves += work.avbd.row_solves;
+        work.row_solves +=
+            avbd(state.q, state.v, part_settings, problem, state.joint_forces, work.avbd, work.carried);
         return;
     }
   }
@@ -309,7 +304,8 @@ struct Simulation::Implementation {
   State state;
   std::vector<Coordinates> before_q;
   std::vector<Velocity> before_v;
-  State start;                            ///< coordinates and velocities at the current part's start
+  std::vector<Coordinates> start_q;  ///< at the current part's start
+  std::vector<Velocity> start_v;
   std::vector<ContactMemory> remembered;  ///< contact cache at the current part's end
   std::vector<PatchShape> remembered_patches;
   std::vector<double> remembered_joints;
@@ -329,16 +325,12 @@ struct Simulation::Implementation {
   bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
   bool is_direct;      ///< A1
   bool is_descendant;  ///< Soft Step, AVBD
-  const std::vector<Contact> no_contacts;
   const std::vector<Coordinates> no_coordinates;
   Problem problem;
   Work work;
   StepReport report;
   std::int64_t steps = 0;
 };
-
-Simulation::Simulation(const Scene& scene, const Settings& settings)
-    : Simulation(scene, settings, Procedure{}) {}
 
 Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure) {
   const DefaultFloatingPoint environment;
@@ -378,9 +370,8 @@ int Simulation::equal_parts() const {
 }
 
 void Simulation::set_state(const State& state) {
-  if (state.q.size() != implementation_->state.q.size() || state.v.size() != state.q.size()) {
+  if (state.q.size() != implementation_->state.q.size() || state.v.size() != state.q.size())
     throw Error("set_state: the state has another number of bodies than the scene");
-  }
   implementation_->state = state;
 }
 

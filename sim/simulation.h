@@ -34,10 +34,9 @@ struct StepReport {
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
-  int parts = 1;          ///< number of parts of the step: its equal parts, and more where impacts divide it
-  int active_sets = 0;    ///< A1: active sets tried, in the island that took most
-  double residual = 0;    ///< A1: largest violation of the MLCP, relative to its size
-  int contradicting = 0;  ///< A1: rows that are violated by more than rounding
+  int active_sets = 0;          ///< A1: active sets tried, in the island that took most
+  double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
+  int contradicting = 0;        ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;
 };
 
@@ -47,12 +46,10 @@ inline constexpr std::string_view reason_of_parts =
 
 class Simulation {
  public:
-  /// Throws Error when the settings cannot be used or the scene needs what is not modelled.
-  Simulation(const Scene& scene, const Settings& settings);
-
-  /// Sets up frames, rows and blocks for the settings' algorithm, but steps with `procedure`, for
-  /// experiments.
-  Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
+  /// Throws Error when the settings cannot be used or the scene needs what is not modelled. With a
+  /// `procedure`, for experiments, sets up frames, rows and blocks for the settings' algorithm, but steps
+  /// with it.
+  Simulation(const Scene& scene, const Settings& settings, Procedure procedure = nullptr);
 
   ~Simulation();
   Simulation(Simulation&&) noexcept;

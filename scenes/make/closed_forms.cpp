@@ -8,25 +8,20 @@
 namespace substep::scenes {
 namespace {
 
-/// Returns the zero of a function that changes its sign once between `low` and `high`.
-template <typename Function>
-double zero_of(const Function& function, double low, double high) {
-  const bool is_rising = function(low) < 0;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = (low + high) / 2;
-    ((function(middle) < 0) == is_rising ? low : high) = middle;
-  }
-  return (low + high) / 2;
-}
-
 /// Returns the first time after `start` at which the function changes its sign; `duration` if it does not.
 template <typename Function>
 double next_zero(const Function& function, double start, double duration) {
   constexpr double stride = 1e-4;
   const bool side = function(start + stride) < 0;
   for (int i = 1; start + stride * i < duration; ++i) {
-    const double time = start + stride * i;
-    if ((function(time + stride) < 0) != side) return zero_of(function, time, time + stride);
+    double low = start + stride * i;
+    double high = low + stride;
+    if ((function(high) < 0) == side) continue;
+    for (int halving = 0; halving < 100; ++halving) {
+      const double middle = (low + high) / 2;
+      ((function(middle) < 0) == side ? low : high) = middle;
+    }
+    return (low + high) / 2;
   }
   return duration;
 }

@@ -15,12 +15,12 @@ struct JointKinds : GltfBuilder {
       : GltfBuilder("joint_kinds", {.duration = 4},
                     {.eye = {0.7, 1.8, 7.0}, .target = {0, 1.26, 0}, .yfov = 0.50}) {
     add_frame();
-    block_ = geometry(rounded(box(block_size), 0.02));
+    block_ = geometry(cuboid(block_size, 0.02));
     bob_ = geometry(ball(0.1, 32));
     band_ = geometry(rod(0.03, 0.1025, 0.008, 32));
-    arm_ = geometry(rounded(box(arm_size), 0.012));
-    tip_ = geometry(Mesh().add(ball(0.055, 24), at(0, -reach / 2, 0)));
-    plate_ = geometry(rounded(box(plate_size), 0.012));
+    arm_ = geometry(cuboid(arm_size, 0.012));
+    tip_ = geometry(at(0, -reach / 2, 0) * ball(0.055, 24));
+    plate_ = geometry(cuboid(plate_size, 0.012));
     ring_ = geometry(ring(0.125, 0.18, 0.03, 0.01, 40));
     material(finish::brass);
     add_upper_row();
@@ -50,23 +50,23 @@ struct JointKinds : GltfBuilder {
     const double half_width = 3 * pitch + 0.3;
     Mesh wood;
     for (const double y : {upper, lower})
-      wood.add(rounded(box({2 * half_width + 0.2, 0.1, 0.1}), 0.012), at(0, y + 0.09, 0));
+      wood += at(0, y + 0.09, 0) * cuboid({2 * half_width + 0.2, 0.1, 0.1}, 0.012);
     for (const int side : {-1, 1}) {
-      wood.add(rounded(box({0.1, upper + 0.14, 0.1}), 0.012), at(side * half_width, (upper + 0.14) / 2, 0));
-      wood.add(rounded(box({0.16, 0.06, 0.7}), 0.012), at(side * half_width, 0.03, 0));
+      wood += at(side * half_width, (upper + 0.14) / 2, 0) * cuboid({0.1, upper + 0.14, 0.1}, 0.012);
+      wood += at(side * half_width, 0.03, 0) * cuboid({0.16, 0.06, 0.7}, 0.012);
     }
     Mesh metal;
     const auto add_guide = [&](int i, double y) {
-      metal.add(rod(0.95, 0.018, 0.004, 20), column(i, y - 0.435));
-      metal.add(rod(0.03, 0.06, 0.008, 24), column(i, y - 0.90));
+      metal += column(i, y - 0.435) * rod(0.95, 0.018, 0.004, 20);
+      metal += column(i, y - 0.90) * rod(0.03, 0.06, 0.008, 24);
     };
-    for (const int i : {2, 3, 4, 5}) metal.add(ball(0.04, 20), column(i, upper));
-    for (const int i : {0, 2, 4}) metal.add(ball(0.04, 20), column(i, lower));
+    for (const int i : {2, 3, 4, 5}) metal += column(i, upper) * ball(0.04, 20);
+    for (const int i : {0, 2, 4}) metal += column(i, lower) * ball(0.04, 20);
     for (const int i : {0, 1}) add_guide(i, upper);
     for (const int i : {1, 3}) add_guide(i, lower);
-    metal.add(rod(0.66, 0.018, 0.004, 20), column(5, lower - 0.4) * turn(Z, pi / 2));
+    metal += column(5, lower - 0.4) * turn(Z, pi / 2) * rod(0.66, 0.018, 0.004, 20);
     for (const int side : {-1, 1})
-      metal.add(rod(0.45, 0.012, 0.004, 16), at(pitch * (5 - 2.5) + side * 0.31, lower - 0.18, 0));
+      metal += at(pitch * (5 - 2.5) + side * 0.31, lower - 0.18, 0) * rod(0.45, 0.012, 0.004, 16);
     scenery("frame", {{wood, finish::walnut}, {metal, finish::iron}});
   }
 
@@ -125,10 +125,10 @@ struct JointKinds : GltfBuilder {
     const int lever = add("lever", column(0, lower) * turn(Z, 1), {.size = arm_size, .hold = arm_top},
                           {{arm_, finish::maple}}, {point, on_hinge});
     const Vector3 short_size(0.05, 0.3, 0.05);
-    const Mesh short_tip = Mesh().add(ball(0.055, 24), at(0, -0.15, 0));
+    const Mesh short_tip = at(0, -0.15, 0) * ball(0.055, 24);
     add("fixed_arm", at(0, -reach / 2, 0) * turn(Z, pi / 2), {.size = short_size, .hold = {0, 0.15, 0}},
-        {{rounded(box(short_size), 0.012), finish::terracotta}, {short_tip, finish::brass}}, {point, upright},
-        {}, lever);
+        {{cuboid(short_size, 0.012), finish::terracotta}, {short_tip, finish::brass}}, {point, upright}, {},
+        lever);
     const AxesLimit spring{
         .kind = linear, .axes = {1}, .min = -0.15, .max = -0.15, .stiffness = 40, .damping = 0.2};
     add("guided_ring", column(1, lower),
@@ -180,7 +180,7 @@ struct PoweredWheel : GltfBuilder {
     // The motor turns the chassis about +Z relative to the wheels, which so turn about −Z and roll along +X.
     const int axle = node("axle", {}, wheels);
     joint(axle, node("bearing", {}, chassis),
-          hinge(VelocityDrive{.velocity = rate, .damping = 1000, .max_torque = 8}));
+          hinge({{.kind = angular, .axis = 2, .velocity = rate, .damping = 1000, .max_force = 8}}));
 
     constexpr double reached = 0.7;  // s: time at which the car reaches its speed
     const std::string_view level = "T/r = (M + I/r²) a until v = ω r, and v from then on";
@@ -204,9 +204,9 @@ struct PoweredWheel : GltfBuilder {
     const Outline side({point(-2.5, 0), point(2.5, 0), point(2.5, 0.1875), point(-1, 0.1875)});
     const Outline board(
         {point(-2.3, 0), point(2.53, 0), point(2.53, 0.22), point(-1, 0.22), point(-2.3, 0.0575)});
-    const int deck = geometry(Mesh().add(faceted(prism(side, 1.75)), along_z));
+    const int deck = geometry(along_z * faceted(prism(side, 1.75)));
     Mesh boards;
-    for (const int z : {1, -1}) boards.add(rounded(prism(board, 0.06), 0.015), at(0, 0, z * 0.905) * along_z);
+    for (const int z : {1, -1}) boards += at(0, 0, z * 0.905) * along_z * rounded(prism(board, 0.06), 0.015);
     const int ramp = node("ramp", at(3.75, 0, 0));
     const int hull = detached_node("ramp_hull", {{deck, finish::maple}});
     collider(ramp, {hull, physics_material(0.9), Collider::Kind::hull});
@@ -225,13 +225,11 @@ struct PoweredWheel : GltfBuilder {
     const Outline profile({point(-0.95, -0.04), point(-0.80, -0.12), point(0.30, -0.12), point(0.46, 0.02),
                            point(0.16, 0.18), point(-0.88, 0.24)});
     const Outline seat({point(-0.62, 0.17), point(-0.12, 0.15), point(-0.30, 0.34), point(-0.56, 0.38)});
-    Mesh metal;
-    metal.add(rod(2 * track - 0.1, 0.05, 0.01), along_z);
-    metal.add(rod(0.34, 0.15, 0.03, 28), along_z);
-    metal.add(rod(0.24, 0.035, 0.005), at(-0.9, skid - radius + 0.15, 0));
-    metal.add(ball(skid), at(-0.9, skid - radius, 0));
-    show(chassis, {{Mesh().add(rounded(prism(profile, 0.5), 0.05, 4), along_z), finish::terracotta},
-                   {Mesh().add(rounded(prism(seat, 0.36), 0.04, 3), along_z), finish::ivory},
+    const Mesh metal = along_z * rod(2 * track - 0.1, 0.05, 0.01) + along_z * rod(0.34, 0.15, 0.03, 28) +
+                       at(-0.9, skid - radius + 0.15, 0) * rod(0.24, 0.035, 0.005) +
+                       at(-0.9, skid - radius, 0) * ball(skid);
+    show(chassis, {{along_z * rounded(prism(profile, 0.5), 0.05, 4), finish::terracotta},
+                   {along_z * rounded(prism(seat, 0.36), 0.04, 3), finish::ivory},
                    {metal, finish::steel}});
     return chassis;
   }
@@ -256,9 +254,9 @@ struct PoweredWheel : GltfBuilder {
                 corner(radius - 0.012, -tyre + 0.04, 0.03), corner(radius - 0.012, tyre - 0.04, 0.03),
                 corner(radius - 0.03, tyre, 0.025), corner(radius - 0.09, tyre - 0.01, 0.01)},
                48, true);
-    const Mesh tread = rounded(box({0.03, 0.055, 0.05}), 0.008, 1);
+    const Mesh tread = cuboid({0.03, 0.055, 0.05}, 0.008, 1);
     for (int i = 0; i < 2 * treads; ++i)
-      rubber.add(tread, turn(Y, pi * i / treads) * at(radius - 0.0155, i % 2 == 0 ? -0.033 : 0.033, 0));
+      rubber += turn(Y, pi * i / treads) * at(radius - 0.0155, i % 2 == 0 ? -0.033 : 0.033, 0) * tread;
     const Mesh rim =
         turned({corner(radius - 0.115, -tyre + 0.015, 0.006), corner(radius - 0.085, -tyre + 0.005, 0.006),
                 corner(radius - 0.085, tyre - 0.005, 0.006), corner(radius - 0.115, tyre - 0.015, 0.006)},
@@ -269,9 +267,9 @@ struct PoweredWheel : GltfBuilder {
                          24);
     const Outline spoke(
         {point(-0.034, -0.022), point(0.034, -0.022), point(0.034, 0.022), point(-0.034, 0.022)});
-    const Mesh bar = Mesh().add(rounded(prism(spoke, 0.26, 0.625), 0.008, 2),
-                                at(0.175, 0, 0) * turn(Z, -pi / 2) * turn(Y, pi / 2));
-    for (int i = 0; i < 6; ++i) spokes.add(bar, turn(Y, 2 * pi * i / 6));
+    const Mesh bar =
+        at(0.175, 0, 0) * turn(Z, -pi / 2) * turn(Y, pi / 2) * rounded(prism(spoke, 0.26, 0.625), 0.008, 2);
+    for (int i = 0; i < 6; ++i) spokes += turn(Y, 2 * pi * i / 6) * bar;
     return mesh("wheel", {{rubber, finish::rubber}, {rim, finish::brass}, {spokes, finish::ivory}});
   }
 };
@@ -320,15 +318,13 @@ struct Ragdoll : GltfBuilder {
   }
 
   int add_block(const char* name, double y, const Vector3& size, double mass) {
-    const Mesh wood = rounded(box(size), 0.4 * std::min(size.x(), size.y()), 4);
+    const Mesh wood = cuboid(size, 0.4 * std::min(size.x(), size.y()), 4);
     return body(name, at(0, y, 0), falling(mass), {box_shape(size), grip_}, {{wood, finish::maple}}, figure_);
   }
 
   int add_head() {
-    const Mesh neck = Mesh()
-                          .add(rod(0.12, 0.035, 0.01), at(0, -0.12, 0))
-                          .add(ball(0.018, 16), at(0.105, 0.02, 0.04))
-                          .add(ball(0.018, 16), at(0.105, 0.02, -0.04));
+    const Mesh neck = at(0, -0.12, 0) * rod(0.12, 0.035, 0.01) + at(0.105, 0.02, 0.04) * ball(0.018, 16) +
+                      at(0.105, 0.02, -0.04) * ball(0.018, 16);
     return body("head", at(0, 1.62, 0), falling(5), {sphere_shape(0.11), grip_},
                 {{ball(0.11, 32), finish::maple}, {neck, finish::walnut}}, figure_);
   }
@@ -341,7 +337,7 @@ struct Ragdoll : GltfBuilder {
                 corner(radius, -half + 0.3 * radius, 0.3 * radius), corner(0.8 * radius, half, 0.3 * radius),
                 corner(0.8 * radius, half + radius, 0.6 * radius), corner(0, half + radius)},
                28);
-    const Mesh knob = Mesh().add(ball(0.62 * radius, 20), at(0, length / 2, 0));
+    const Mesh knob = at(0, length / 2, 0) * ball(0.62 * radius, 20);
     return body(name, at(upper_end.x(), upper_end.y() - length / 2, upper_end.z()), falling(mass),
                 {capsule_shape(radius, radius, length - 2.6 * radius), grip_},
                 {{wood, finish::maple}, {knob, finish::walnut}}, figure_);

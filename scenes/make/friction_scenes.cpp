@@ -11,7 +11,7 @@ namespace {
 Look slats(int count, const Vector3& size, double rounding, int segments) {
   std::array<Mesh, 2> meshes;
   for (int i = 0; i < count; ++i)
-    meshes[i % 2].add(rounded(box(size), rounding, segments), at(size.x() * (i - (count - 1) / 2.0), 0, 0));
+    meshes[i % 2] += at(size.x() * (i - (count - 1) / 2.0), 0, 0) * cuboid(size, rounding, segments);
   return {{meshes[0], finish::basalt}, {meshes[1], finish::granite}};
 }
 
@@ -19,7 +19,7 @@ Look slats(int count, const Vector3& size, double rounding, int segments) {
 Mesh measuring_lines(int reach, double top, double width) {
   Mesh lines;
   for (int i = -reach; i <= reach; ++i)
-    lines.add(rounded(box({0.012, 0.01, width}), 0.002, 1), at(0.2 * i, top - 0.004, 0));
+    lines += at(0.2 * i, top - 0.004, 0) * cuboid({0.012, 0.01, width}, 0.002, 1);
   return lines;
 }
 
@@ -36,8 +36,8 @@ GltfBuilder sliding_ball() {
   const int shape = gltf.sphere_shape(radius);
   const int round = gltf.geometry(ball(radius, 48));
   // Draw a belt and two caps, which show the ball's rotation.
-  const int band = gltf.geometry(
-      Mesh().add(rod(0.05, radius + 0.0015, 0.008, 48)).add(rod(2 * radius + 0.005, 0.06, 0.006, 32)));
+  const int band =
+      gltf.geometry(rod(0.05, radius + 0.0015, 0.008, 48) + rod(2 * radius + 0.005, 0.06, 0.006, 32));
   struct Ball {
     std::string name;
     double moment;    // of m r²
@@ -53,9 +53,8 @@ GltfBuilder sliding_ball() {
     gltf.fixed_box(name + "_lane", {6.4, top, 0.8}, at(0.2, top / 2, z), grip, wood, 0.012);
     Mesh marks;
     for (const int side : {-1, 1}) {
-      marks.add(rounded(box({0.03, 0.10, 0.03}), 0.006, 2),
-                at(start + rolls_at, top + 0.05, z + side * 0.36));
-      marks.add(ball(0.03, 20), at(start + rolls_at, top + 0.12, z + side * 0.36));
+      marks += at(start + rolls_at, top + 0.05, z + side * 0.36) * cuboid({0.03, 0.10, 0.03}, 0.006, 2);
+      marks += at(start + rolls_at, top + 0.12, z + side * 0.36) * ball(0.03, 20);
     }
     gltf.scenery(name + "_mark", {{marks, finish::iron}});
     gltf.body(
@@ -88,10 +87,10 @@ GltfBuilder balls_on_tray() {
   const int grip = gltf.physics_material(0.8);
 
   // Draw a bar at the back, where the tray is pushed.
-  const Mesh bar = Mesh().add(rounded(box({0.08, 0.12, 1.2}), 0.02), at(-1.34, 0, 0));
+  const Mesh bar = at(-1.34, 0, 0) * cuboid({0.08, 0.12, 1.2}, 0.02);
   const int tray =
       gltf.body("tray", at(0, tray_size.y() / 2, 0), {.mass = 10}, {gltf.box_shape(tray_size), grip},
-                {{rounded(box(tray_size), 0.02), finish::oak},
+                {{cuboid(tray_size, 0.02), finish::oak},
                  {measuring_lines(6, tray_size.y() / 2, 1.44), finish::walnut},
                  {bar, finish::iron}});
   // A motor far below its target speed pushes with all its force, 150 N.
@@ -135,7 +134,7 @@ struct Conveyor : GltfBuilder {
                      .light = {-0.25, -1, -0.6}}) {
     add_belt();
     box_shape_ = box_shape(box_size);
-    crate_ = geometry(rounded(box(box_size), 0.025));
+    crate_ = geometry(cuboid(box_size, 0.025));
     add_carried_boxes();
     add_slope();
   }
@@ -154,11 +153,10 @@ struct Conveyor : GltfBuilder {
          {box_shape(size), physics_material(1)}, slats(14, {size.x() / 14, thickness, size.z()}, 0.012, 3));
     Mesh rollers;
     for (int i = -5; i <= 5; ++i)
-      rollers.add(rod(1.7, 0.1, 0.015, 24), at(0.6 * i, top - thickness - 0.1, 0) * turn(X, pi / 2));
+      rollers += at(0.6 * i, top - thickness - 0.1, 0) * turn(X, pi / 2) * rod(1.7, 0.1, 0.015, 24);
     Mesh trestles;
-    for (const int side : {-1, 1})
-      trestles.add(rounded(box({6.4, 0.14, 0.08}), 0.015), at(0, 0.15, side * 0.93));
-    for (const int x : {-1, 0, 1}) trestles.add(rounded(box({0.1, 0.12, 1.86}), 0.015), at(2.9 * x, 0.06, 0));
+    for (const int side : {-1, 1}) trestles += at(0, 0.15, side * 0.93) * cuboid({6.4, 0.14, 0.08}, 0.015);
+    for (const int x : {-1, 0, 1}) trestles += at(2.9 * x, 0.06, 0) * cuboid({0.1, 0.12, 1.86}, 0.015);
     scenery("rollers", {{rollers, finish::steel}, {trestles, finish::walnut}});
   }
 
@@ -184,11 +182,10 @@ struct Conveyor : GltfBuilder {
     const Vector3 size(3.8, 0.15, 1.3);
     const int slope = node("slope", at(0, 0.75, -1.9) * turn(Z, -pi / 10));
     fixed_body("slab", at(0, -size.y() / 2, 0), {box_shape(size), physics_material(1)},
-               {{rounded(box(size), 0.02), finish::maple}}, slope);
+               {{cuboid(size, 0.02), finish::maple}}, slope);
     // The supports end at the slab's underside.
-    const Mesh supports = Mesh()
-                              .add(rounded(box({0.16, 1.0, 1.1}), 0.02), at(-1.4, 0.5, -1.9))
-                              .add(rounded(box({0.16, 0.3, 1.1}), 0.02), at(1.0, 0.15, -1.9));
+    const Mesh supports = at(-1.4, 0.5, -1.9) * cuboid({0.16, 1.0, 1.1}, 0.02) +
+                          at(1.0, 0.15, -1.9) * cuboid({0.16, 0.3, 1.1}, 0.02);
     scenery("supports", {{supports, finish::granite}});
     const Collider collider{box_shape_, physics_material(0.8, 0.3)};
     body("resting_block", at(-1.3, box_size.y() / 2, -0.3), {.mass = 5}, collider, {{crate_, finish::blue}},
@@ -227,7 +224,7 @@ struct ShakenBlock : GltfBuilder {
 
     const Vector3 size(0.3, 0.1, 0.3);
     const int shape = box_shape(size);
-    const int block = geometry(rounded(box(size), 0.015));
+    const int block = geometry(cuboid(size, 0.015));
     double z = 0.42;
     for (const Lane& lane :
          {Lane{"rubber_block", 0.9, finish::terracotta}, Lane{"wooden_block", 0.8, finish::mustard},
@@ -251,27 +248,25 @@ struct ShakenBlock : GltfBuilder {
     Mesh rails;
     Mesh legs;
     for (const int side : {-1, 1}) {
-      rails.add(rod(3.5, 0.035, 0.008, 24), at(0, top - 0.16, side * 0.45) * turn(Z, pi / 2));
+      rails += at(0, top - 0.16, side * 0.45) * turn(Z, pi / 2) * rod(3.5, 0.035, 0.008, 24);
       for (const int end : {-1, 1}) {
-        legs.add(rounded(box({0.12, 0.72, 0.12}), 0.015), at(end * 1.62, 0.36, side * 0.45));
-        legs.add(rounded(box({0.3, 0.06, 0.2}), 0.015), at(end * 1.62, 0.03, side * 0.45));
+        legs += at(end * 1.62, 0.36, side * 0.45) * cuboid({0.12, 0.72, 0.12}, 0.015);
+        legs += at(end * 1.62, 0.03, side * 0.45) * cuboid({0.3, 0.06, 0.2}, 0.015);
       }
     }
     // The crank's bearing.
-    legs.add(rounded(box({0.16, 0.34, 0.10}), 0.015), at(0, 0.17, crank_z + 0.16));
-    legs.add(rounded(box({0.5, 0.05, 0.3}), 0.012), at(0, 0.025, crank_z + 0.16));
+    legs += at(0, 0.17, crank_z + 0.16) * cuboid({0.16, 0.34, 0.10}, 0.015);
+    legs += at(0, 0.025, crank_z + 0.16) * cuboid({0.5, 0.05, 0.3}, 0.012);
     scenery("stand", {{rails, finish::steel}, {legs, finish::walnut}});
   }
 
   /// Adds a crank that turns at a constant rate under any load; its pin is in the table's upright slot.
   int add_crank() {
     const Pose along_z = turn(X, pi / 2);
-    const Mesh wheel = Mesh()
-                           .add(rounded(box({radius + 0.12, 0.12, 0.04}), 0.015), at(radius / 2, 0, 0))
-                           .add(rod(0.045, 0.13, 0.012, 40), along_z);
-    const Mesh pins = Mesh()
-                          .add(rod(0.16, 0.035, 0.006, 24), at(radius, 0, -0.05) * along_z)
-                          .add(rod(0.10, 0.05, 0.01, 24), along_z);
+    const Mesh wheel = at(radius / 2, 0, 0) * cuboid({radius + 0.12, 0.12, 0.04}, 0.015) +
+                       along_z * rod(0.045, 0.13, 0.012, 40);
+    const Mesh pins =
+        at(radius, 0, -0.05) * along_z * rod(0.16, 0.035, 0.006, 24) + along_z * rod(0.10, 0.05, 0.01, 24);
     return body("crank", at(0, crank_y, crank_z + 0.05),
                 {.mass = 10, .angular_velocity = {0, 0, rate}, .kinematic = true},
                 {{wheel, finish::terracotta}, {pins, finish::brass}});
@@ -282,14 +277,14 @@ struct ShakenBlock : GltfBuilder {
     const Vector3 size(2.0, 0.08, 1.3);
     Mesh yoke;
     for (const int side : {-1, 1}) {
-      yoke.add(rounded(box({0.035, 1.14, 0.05}), 0.01), at(side * 0.056, crank_y - middle, crank_z - 0.06));
+      yoke += at(side * 0.056, crank_y - middle, crank_z - 0.06) * cuboid({0.035, 1.14, 0.05}, 0.01);
       for (const int end : {-1, 1})
-        yoke.add(rod(0.16, 0.06, 0.008, 24), at(end * 0.7, -0.12, side * 0.45) * turn(Z, pi / 2));
+        yoke += at(end * 0.7, -0.12, side * 0.45) * turn(Z, pi / 2) * rod(0.16, 0.06, 0.008, 24);
     }
-    yoke.add(rounded(box({0.16, 0.05, 0.14}), 0.01), at(0, 0.0, crank_z - 0.09));
+    yoke += at(0, 0.0, crank_z - 0.09) * cuboid({0.16, 0.05, 0.14}, 0.01);
     return body("table", at(radius, middle, 0), {.mass = 50, .inertia = box_inertia(50, size)},
                 {box_shape(size), physics_material(1)},
-                {{rounded(box(size), 0.015), finish::maple},
+                {{cuboid(size, 0.015), finish::maple},
                  {yoke, finish::steel},
                  {measuring_lines(4, size.y() / 2, 1.24), finish::walnut}});
   }
@@ -334,8 +329,8 @@ GltfBuilder painleve_rod() {
 
   // The rod's ends are edges, so that it touches at half-length 1 m at any angle. The lower end leads.
   const Outline outline({point(-1, 0), point(0, -0.03125), point(1, 0), point(0, 0.03125)});
-  const int hull = gltf.geometry(Mesh().add(faceted(prism(outline, 0.25)), turn(X, pi / 2)));
-  const Mesh cap = Mesh().add(rod(0.22, 0.075, 0.02), turn(Z, pi / 2)).add(ball(0.06, 24), at(-0.97, 0, 0));
+  const int hull = gltf.geometry(turn(X, pi / 2) * faceted(prism(outline, 0.25)));
+  const Mesh cap = turn(Z, pi / 2) * rod(0.22, 0.075, 0.02) + at(-0.97, 0, 0) * ball(0.06, 24);
   const int rod = gltf.body("rod", at(0, top, 0) * turn(Z, -lean) * at(-1, 0, 0),
                             {.mass = 1, .inertia = Vector3(1.0 / 100, 1.0 / 3, 1.0 / 3)},
                             {{hull, finish::terracotta}, {cap, finish::brass}});

@@ -1,8 +1,5 @@
 #include "gltf_builder.h"
 
-#include <algorithm>
-#include <bit>
-
 #include "sim/math/base64.h"
 
 namespace substep::scenes {
@@ -23,6 +20,10 @@ double positive_zero(double x) {
   return x + 0.0;
 }
 
+Eigen::Vector3f stored(const Vector3& v) {
+  return v.unaryExpr(&positive_zero).cast<float>();
+}
+
 Json to_json(const Vector3& v) {
   return {positive_zero(v.x()), positive_zero(v.y()), positive_zero(v.z())};
 }
@@ -31,12 +32,9 @@ Json to_json(const Quaternion& q) {
   return {positive_zero(q.x()), positive_zero(q.y()), positive_zero(q.z()), positive_zero(q.w())};
 }
 
-void append_little_endian(std::string& bytes, std::uint32_t value, int count) {
-  for (int i = 0; i < count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xff));
-}
-
-void append_float(std::string& bytes, double value) {
-  append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(positive_zero(value))), 4);
+template <typename Number>
+void append_number(std::string& bytes, Number value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 /// Returns the orientation of a node whose −Z points along `direction` and whose +Y is nearest to up.
@@ -56,6 +54,11 @@ int append(Json& list, Json element) {
 }  // namespace
 
 GltfBuilder::GltfBuilder(std::string_view name, const Run& run, const Stage& stage) : name_(name) {
+  // Write the keys in this order, whatever the order of their first use.
+  for (const char* key : {"asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions",
+                          "materials", "meshes", "accessors", "bufferViews", "buffers"})
+    document_[key] = nullptr;
+  document_["extensions"] = {{rigid_bodies, nullptr}, {implicit_shapes, nullptr}, {lights, nullptr}};
   document_["asset"] = {
       {"version", "2.0"}, {"generator", "substep make_scenes"}, {"copyright", "MIT licence"}};
   document_["extensionsUsed"] = {rigid_bodies, implicit_shapes, lights};
@@ -136,26 +139,20 @@ int GltfBuilder::geometry(const Mesh& mesh) {
   std::string positions;
   std::string normals;
   std::string indices;
-  std::array<float, 3> lower{};
-  std::array<float, 3> upper{};
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto x = static_cast<float>(positive_zero(mesh.positions[i][axis]));
-      lower[axis] = i == 0 ? x : std::min(lower[axis], x);
-      upper[axis] = i == 0 ? x : std::max(upper[axis], x);
-      append_float(positions, mesh.positions[i][axis]);
-      if (!mesh.normals.empty()) append_float(normals, mesh.normals[i][axis]);
-    }
+  Eigen::AlignedBox3f bounds;
+  for (const Vector3& point : mesh.positions) {
+    bounds.extend(stored(point));
+    append_number(positions, stored(point));
   }
+  for (const Vector3& normal : mesh.normals) append_number(normals, stored(normal));
   for (const auto& triangle : mesh.triangles)
-    for (const std::uint32_t vertex : triangle) append_little_endian(indices, vertex, 2);
+    for (const std::uint32_t vertex : triangle) append_number(indices, static_cast<std::uint16_t>(vertex));
 
   const std::size_t count = mesh.positions.size();
   const int position = accessor(positions, array_buffer, single_float, "VEC3", count);
   // Bounds are the stored floats exactly, as the specification asks.
-  for (const auto& [key, bounds] : {std::pair{"min", lower}, std::pair{"max", upper}})
-    document_["accessors"][position][key] = {static_cast<double>(bounds[0]), static_cast<double>(bounds[1]),
-                                             static_cast<double>(bounds[2])};
+  document_["accessors"][position]["min"] = to_json(bounds.min().cast<double>());
+  document_["accessors"][position]["max"] = to_json(bounds.max().cast<double>());
   if (!mesh.normals.empty()) accessor(normals, array_buffer, single_float, "VEC3", count);
   accessor(indices, element_array_buffer, unsigned_short, "SCALAR", 3 * mesh.triangles.size());
   return position;
@@ -205,10 +202,8 @@ void GltfBuilder::scale(int node, const Vector3& factors) {
 
 int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
                       const Look& look, std::optional<int> parent) {
-  const int index = node(name, pose, parent);
-  this->motion(index, motion);
+  const int index = body(name, pose, motion, look, parent);
   this->collider(index, collider);
-  show(index, look);
   return index;
 }
 
@@ -230,8 +225,7 @@ int GltfBuilder::fixed_body(std::string_view name, const Pose& pose, const Colli
 
 int GltfBuilder::fixed_box(std::string_view name, const Vector3& size, const Pose& pose, int physics_material,
                            const Finish& finish, double rounding) {
-  return fixed_body(name, pose, {box_shape(size), physics_material},
-                    {{rounded(box(size), rounding), finish}});
+  return fixed_body(name, pose, {box_shape(size), physics_material}, {{cuboid(size, rounding), finish}});
 }
 
 int GltfBuilder::scenery(std::string_view name, const Look& look, const Pose& pose,
@@ -309,24 +303,9 @@ void GltfBuilder::collide_as(int node, std::string_view system, std::optional<st
       append(document_["extensions"][rigid_bodies]["collisionFilters"], filter);
 }
 
-int GltfBuilder::ball_joint() {
-  const Json point = {{"linearAxes", {0, 1, 2}}, {"min", 0.0}, {"max", 0.0}};
-  return append(document_["extensions"][rigid_bodies]["physicsJoints"], {{"limits", Json::array({point})}});
-}
-
-int GltfBuilder::hinge(const std::optional<VelocityDrive>& drive) {
-  const Json point = {{"linearAxes", {0, 1, 2}}, {"min", 0.0}, {"max", 0.0}};
-  const Json axis = {{"angularAxes", {0, 1}}, {"min", 0.0}, {"max", 0.0}};
-  Json json = {{"limits", Json::array({point, axis})}};
-  if (drive) {
-    json["drives"] = Json::array({{{"type", "angular"},
-                                   {"mode", "force"},
-                                   {"axis", drive->axis},
-                                   {"maxForce", drive->max_torque},
-                                   {"velocityTarget", drive->velocity},
-                                   {"damping", drive->damping}}});
-  }
-  return append(document_["extensions"][rigid_bodies]["physicsJoints"], json);
+int GltfBuilder::hinge(const std::vector<AxisDrive>& drives) {
+  using enum AxesLimit::Kind;
+  return joint_description({locked(linear, {0, 1, 2}), locked(angular, {0, 1})}, drives);
 }
 
 int GltfBuilder::joint_description(const std::vector<AxesLimit>& limits,
@@ -370,18 +349,11 @@ int GltfBuilder::add_link(int number, int body, double length, int end, int join
 }
 
 std::string GltfBuilder::text() const {
-  Json content = document_;
-  content["buffers"] = Json::array(
+  Json document = document_;
+  document["buffers"] = Json::array(
       {{{"byteLength", buffer_.size()}, {"uri", "data:application/octet-stream;base64," + base64(buffer_)}}});
-  // Write the keys in this order, whatever the order of their first use.
-  Json document;
-  for (const char* key : {"asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions",
-                          "materials", "meshes", "accessors", "bufferViews", "buffers"}) {
-    if (content.contains(key)) document[key] = content[key];
-  }
-  document["extensions"].clear();
-  for (const char* key : {rigid_bodies, implicit_shapes, lights})
-    if (content["extensions"].contains(key)) document["extensions"][key] = content["extensions"][key];
+  for (const char* key : {rigid_bodies, implicit_shapes})
+    if (document["extensions"][key].is_null()) document["extensions"].erase(key);
 
   std::string text = "{";
   for (const auto& [key, value] : document.items()) {

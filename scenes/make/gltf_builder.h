@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -53,6 +52,10 @@ struct AxesLimit {
   double damping = 0;
 };
 
+inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
+  return {.kind = kind, .axes = axes, .min = 0, .max = 0};
+}
+
 /// A drive along or about one axis of a joint. `acceleration`: its numbers are per unit of mass or inertia.
 struct AxisDrive {
   AxesLimit::Kind kind;
@@ -63,14 +66,6 @@ struct AxisDrive {
   double stiffness = 0;
   double damping = 0;
   double max_force = 0;
-};
-
-/// A motor that turns about an axis of a joint.
-struct VelocityDrive {
-  int axis = 2;
-  double velocity = 0;    ///< rad/s, of the joint's node relative to the connected one
-  double damping = 0;     ///< N·m·s/rad
-  double max_torque = 0;  ///< N·m
 };
 
 /// Duration of a run and its settings: `extras.substep` of the scene.
@@ -130,17 +125,16 @@ inline Json stays(double level) {
 
 /// A value, or a bound of it.
 struct Bound {
-  Bound(double number) : value(number) {}
-  Bound(const char* name, double number) : key(name), value(number) {}
-  const char* key = "value";
+  Bound(double number, const char* name = "value") : value(number), key(name) {}
   double value;
+  const char* key;
 };
 
 inline Bound at_most(double value) {
-  return {"at_most", value};
+  return {value, "at_most"};
 }
 inline Bound at_least(double value) {
-  return {"at_least", value};
+  return {value, "at_least"};
 }
 
 /// A primitive of a mesh: a geometry, new or by its index, in one finish.
@@ -232,8 +226,8 @@ class GltfBuilder {
   void collide_as(int node, std::string_view system, std::optional<std::string_view> only_with = {});
 
   /// Add a ball joint, which keeps two points together, or a hinge, which only turns about the node's +Z.
-  int ball_joint();
-  int hinge(const std::optional<VelocityDrive>& drive = {});
+  int ball_joint() { return joint_description({locked(AxesLimit::Kind::linear, {0, 1, 2})}); }
+  int hinge(const std::vector<AxisDrive>& drives = {});
   int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});
   /// Joins two nodes. Limits and drives act on the coordinates of `connected_node` in the frame of `node`.
   /// `collide`: whether the two bodies collide.

@@ -81,26 +81,26 @@ struct Cradles : GltfBuilder {
     Mesh mesh;
     for (const int side : {-1, 1}) {
       const Vector3 wire(0, length, side * spread);
-      mesh.add(rod(wire.norm() - 0.08, 0.006, 0.001, 12),
-               Pose{Vector3(0, length / 2, side * spread / 2), shortest_rotation(Y, wire)});
+      mesh += Pose{Vector3(0, length / 2, side * spread / 2), shortest_rotation(Y, wire)} *
+              rod(wire.norm() - 0.08, 0.006, 0.001, 12);
     }
-    return mesh.add(rod(0.05, 0.02, 0.006, 20), at(0, radius + 0.01, 0));
+    return mesh + at(0, radius + 0.01, 0) * rod(0.05, 0.02, 0.006, 20);
   }
 
   void add(const std::string& name, double middle, double gap) {
     constexpr double half = 0.8;  // of the frame's length
     Mesh frame;
     for (const int side : {-1, 1}) {
-      frame.add(rod(2 * half, 0.022, 0.006, 24), at(middle, height, side * spread) * turn(Z, pi / 2));
+      frame += at(middle, height, side * spread) * turn(Z, pi / 2) * rod(2 * half, 0.022, 0.006, 24);
       for (const int end : {-1, 1}) {
-        frame.add(rod(height - 0.03, 0.022, 0.006, 24),
-                  at(middle + end * half, (height + 0.03) / 2, side * spread));
-        frame.add(ball(0.034, 24), at(middle + end * half, height, side * spread));
+        frame += at(middle + end * half, (height + 0.03) / 2, side * spread) *
+                 rod(height - 0.03, 0.022, 0.006, 24);
+        frame += at(middle + end * half, height, side * spread) * ball(0.034, 24);
       }
     }
     scenery(name + "_frame", {{frame, finish::iron}});
-    const Mesh base = rounded(box({2 * half + 0.16, 0.07, 2 * spread + 0.16}), 0.02);
-    scenery(name + "_base", {{Mesh().add(base, at(middle, 0.035, 0)), finish::walnut}});
+    const Mesh base = cuboid({2 * half + 0.16, 0.07, 2 * spread + 0.16}, 0.02);
+    scenery(name + "_base", {{at(middle, 0.035, 0) * base, finish::walnut}});
     for (int i = 0; i < 5; ++i) {
       const std::string number = numbered(name, i + 1);
       const Pose top = at(middle + (2 * radius + gap) * (i - 2), height, 0);
@@ -147,15 +147,15 @@ GltfBuilder dominoes() {
                    {.eye = {0.9, 1.9, 2.6}, .target = {0, 0.10, 0}, .yfov = 0.56, .friction = 0.5});
 
   const Collider collider{gltf.box_shape(size), gltf.physics_material(0.5)};
-  const int tile = gltf.geometry(rounded(box(size), 0.012));
+  const int tile = gltf.geometry(cuboid(size, 0.012));
   // A bar and pips on both faces, as dominoes have.
   Mesh pips;
   for (const int face : {-1, 1}) {
     const double x = face * (size.x() / 2 - 0.002);
-    pips.add(rounded(box({0.008, 0.008, 0.13}), 0.002, 1), at(x, 0, 0));
+    pips += at(x, 0, 0) * cuboid({0.008, 0.008, 0.13}, 0.002, 1);
     for (const int y : {-1, 1}) {
       for (const int z : {-1, 0, 1})
-        pips.add(rod(0.008, 0.014, 0.002, 16), at(x, 0.09 * y + 0.045 * z, 0.045 * z) * turn(Z, pi / 2));
+        pips += at(x, 0.09 * y + 0.045 * z, 0.045 * z) * turn(Z, pi / 2) * rod(0.008, 0.014, 0.002, 16);
     }
   }
   const int pip = gltf.geometry(pips);
@@ -194,12 +194,11 @@ struct WreckingBall : GltfBuilder {
   static constexpr double pivot_height = 3.55;
 
   void add_crane() {
-    Mesh mast;
-    mast.add(rounded(box({0.18, 3.8, 0.18}), 0.02), at(0, 1.9, -2.2));
-    mast.add(rounded(box({0.14, 0.14, 2.5}), 0.02), at(0, pivot_height + 0.12, -1.05));
-    mast.add(rounded(box({0.10, 0.10, 1.3}), 0.02), at(0, pivot_height - 0.35, -1.78) * turn(X, -0.75));
-    mast.add(rounded(box({1.2, 0.12, 0.2}), 0.02), at(0, 0.06, -2.2));
-    mast.add(rounded(box({0.2, 0.12, 1.2}), 0.02), at(0, 0.06, -2.2));
+    const Mesh mast = at(0, 1.9, -2.2) * cuboid({0.18, 3.8, 0.18}, 0.02) +
+                      at(0, pivot_height + 0.12, -1.05) * cuboid({0.14, 0.14, 2.5}, 0.02) +
+                      at(0, pivot_height - 0.35, -1.78) * turn(X, -0.75) * cuboid({0.10, 0.10, 1.3}, 0.02) +
+                      at(0, 0.06, -2.2) * cuboid({1.2, 0.12, 0.2}, 0.02) +
+                      at(0, 0.06, -2.2) * cuboid({0.2, 0.12, 1.2}, 0.02);
     scenery("crane", {{mast, finish::mustard}});
   }
 
@@ -211,18 +210,16 @@ struct WreckingBall : GltfBuilder {
     int end = node("pivot", at(0, pivot_height, 0));
     const int frame = node("chain", at(0, pivot_height, 0) * turn(Z, -pi / 2 - 1));
     const int pins = ball_joint();
-    const Mesh shaft =
-        Mesh().add(rod(link - 0.06, 0.03, 0.008, 20), across).add(ball(0.05, 20), at(-link / 2, 0, 0));
+    const Mesh shaft = across * rod(link - 0.06, 0.03, 0.008, 20) + at(-link / 2, 0, 0) * ball(0.05, 20);
     const int look = mesh("link", {{shaft, finish::steel}});
     const Motion swinging{.mass = 10, .inertia = Vector3(0.01, 10 * link * link / 12, 10 * link * link / 12)};
     for (int i = 1; i <= links; ++i) {
       const int bob = body(numbered("link", i), at(link * (i - 0.5), 0, 0), swinging, look, frame);
       end = add_link(i, bob, link, end, pins);
     }
-    Mesh fittings;
-    fittings.add(rod(0.07, radius + 0.004, 0.01, 48), across);
-    fittings.add(rod(0.09, 0.10, 0.03, 24), across * at(0, radius - 0.02, 0));
-    fittings.add(ball(0.05, 20), at(-radius, 0, 0));
+    const Mesh fittings = across * rod(0.07, radius + 0.004, 0.01, 48) +
+                          across * at(0, radius - 0.02, 0) * rod(0.09, 0.10, 0.03, 24) +
+                          at(-radius, 0, 0) * ball(0.05, 20);
     const int heavy = body("ball", at(links * link + radius, 0, 0),
                            {.mass = 400, .inertia = Vector3::Constant(0.4 * 400 * radius * radius)},
                            {sphere_shape(radius), grip_},
@@ -238,8 +235,8 @@ struct WreckingBall : GltfBuilder {
     for (const Finish& finish : clay) material(finish);
     const int whole_shape = box_shape(whole);
     const int half_shape = box_shape(half);
-    const int whole_look = geometry(rounded(box(whole), 0.018, 2));
-    const int half_look = geometry(rounded(box(half), 0.018, 2));
+    const int whole_look = geometry(cuboid(whole, 0.018, 2));
+    const int half_look = geometry(cuboid(half, 0.018, 2));
     int number = 0;
     for (int course = 0; course < 5; ++course) {
       const bool odd = course % 2 == 1;

@@ -1,7 +1,5 @@
 /// Scenes of joints alone, and of no constraint at all: nothing in them collides.
 
-#include <cmath>
-
 #include "closed_forms.h"
 #include "scenes.h"
 #include "sim/math/rotation.h"
@@ -30,7 +28,7 @@ Mesh rod_shaft(double length, double size) {
               corner(bead, -b + w, f), corner(r, -b + w), corner(r, b - w), corner(bead, b - w, f),
               corner(bead, b + w, f), corner(r, b + w), corner(r, half, r), corner(0, half)},
              20);
-  return Mesh().add(shaft, turn(Z, -pi / 2));
+  return turn(Z, -pi / 2) * shaft;
 }
 
 /// Adds a post behind the plane of motion, its foot on the ground, with a pin that carries the pivot.
@@ -53,11 +51,10 @@ int add_post(GltfBuilder& gltf, double height, double size) {
        corner(0.016 * size, 0.060 * size), corner(0.016 * size, 0.075 * size, 0.006 * size),
        corner(0, 0.075 * size)},
       24);
-  Mesh fittings;
-  fittings.add(pin, at(0, height, 0) * turn(X, pi / 2));
-  fittings.add(rod(0.12 * size, 0.042 * size, 0.008 * size), at(0, height, -depth));
+  const Mesh fittings = at(0, height, 0) * turn(X, pi / 2) * pin +
+                        at(0, height, -depth) * rod(0.12 * size, 0.042 * size, 0.008 * size);
   const int post =
-      gltf.scenery("post", {{Mesh().add(column, at(0, 0, -depth)), finish::iron}, {fittings, finish::brass}});
+      gltf.scenery("post", {{at(0, 0, -depth) * column, finish::iron}, {fittings, finish::brass}});
   return gltf.node("pivot", at(0, height, 0), post);
 }
 
@@ -69,9 +66,9 @@ GltfBuilder rod_chain() {
                    {.eye = {0.75, 1.6, 4.5}, .target = {0, 1.22, 0}, .yfov = 0.56});
 
   const int shaft = gltf.geometry(rod_shaft(length, 1));
-  const Mesh head = Mesh().add(ball(0.056, 28), at(-length / 2, 0, 0));
+  const Mesh head = at(-length / 2, 0, 0) * ball(0.056, 28);
   const int joint_ball = gltf.geometry(head);
-  const int tip = gltf.geometry(Mesh(head).add(ball(0.046, 28), at(length / 2, 0, 0)));
+  const int tip = gltf.geometry(head + at(length / 2, 0, 0) * ball(0.046, 28));
   const int joint = gltf.ball_joint();
   int end = add_post(gltf, height, 1);
   for (int i = 0; i < 3; ++i) {
@@ -98,8 +95,8 @@ GltfBuilder pendulum() {
                            corner(0.022, 0.03, 0.004)},
                           32, true);
   const Mesh fittings =
-      Mesh().add(eye, at(-length / 2, 0, 0) * turn(X, pi / 2)).add(ball(0.046, 28), at(length / 2, 0, 0));
-  const Mesh shaft = Mesh().add(rod(length - 0.04, 0.026, 0.004), at(0.02, 0, 0) * turn(Z, -pi / 2));
+      at(-length / 2, 0, 0) * turn(X, pi / 2) * eye + at(length / 2, 0, 0) * ball(0.046, 28);
+  const Mesh shaft = at(0.02, 0, 0) * turn(Z, -pi / 2) * rod(length - 0.04, 0.026, 0.004);
   const int body =
       gltf.body("rod", at(length / 2, height, 0), {.mass = 1, .inertia = rod_inertia(1, length, 0.02)},
                 {{shaft, finish::cherry}, {fittings, finish::brass}});
@@ -127,7 +124,7 @@ GltfBuilder heavy_chain() {
   // X of this frame is the chain's direction: down, turned 30° about Z towards +X.
   const int frame = gltf.node("chain", at(0, height, 0) * turn(Z, -pi / 2 + pi / 6));
   const int shaft = gltf.geometry(rod_shaft(length, 1.6));
-  const int head = gltf.geometry(Mesh().add(ball(0.065, 24), at(-length / 2, 0, 0)));
+  const int head = gltf.geometry(at(-length / 2, 0, 0) * ball(0.065, 24));
   const int joint = gltf.ball_joint();
   const std::array looks{gltf.mesh("rod_odd", {{shaft, finish::terracotta}, {head, finish::brass}}),
                          gltf.mesh("rod_even", {{shaft, finish::ivory}, {head, finish::brass}})};
@@ -145,7 +142,7 @@ GltfBuilder heavy_chain() {
                               24);
   const Pose across = turn(Z, pi / 2);  // Y of the turned pieces to −X, the chain
   const Mesh fittings =
-      Mesh().add(belt, across).add(shackle, across * at(0, 0.20, 0)).add(ball(0.065, 24), at(-radius, 0, 0));
+      across * belt + across * at(0, 0.20, 0) * shackle + at(-radius, 0, 0) * ball(0.065, 24);
   const int heavy = gltf.body("ball", at(rods * length + radius, 0, 0),
                               {.mass = mass, .inertia = Vector3::Constant(0.4 * mass * radius * radius)},
                               {{ball(radius, 40), finish::iron}, {fittings, finish::brass}}, frame);
@@ -200,9 +197,9 @@ void add_handle(GltfBuilder& gltf, const Motion& motion) {
   const Pose back = at(0, bar, 0) * turn(X, -pi / 2);
   gltf.body("handle", at(0, 1, 0), motion,
             {{stem, finish::brass},
-             {Mesh().add(rod(0.16, 0.034, 0.004), front), finish::steel},
-             {Mesh().add(grip, front), finish::terracotta},
-             {Mesh().add(grip, back), finish::ivory}});
+             {front * rod(0.16, 0.034, 0.004), finish::steel},
+             {front * grip, finish::terracotta},
+             {back * grip, finish::ivory}});
 }
 
 GltfBuilder tumbling_body() {
@@ -256,16 +253,15 @@ struct Door : GltfBuilder {
   Mesh boards() const {
     Mesh mesh;
     for (int i = 0; i < 5; ++i)
-      mesh.add(rounded(box({leaf.x() / 5, leaf.y(), 0.03}), 0.006, 2), at(leaf.x() * (i - 2) / 5, 0, 0));
+      mesh += at(leaf.x() * (i - 2) / 5, 0, 0) * cuboid({leaf.x() / 5, leaf.y(), 0.03}, 0.006, 2);
     return mesh;
   }
 
   /// Returns the frame and the brace of a gate.
   Mesh braces() const {
     Mesh mesh;
-    for (const double y : {-0.58, 0.58})
-      mesh.add(rounded(box({leaf.x(), 0.12, 0.05}), 0.008, 2), at(0, y, 0));
-    return mesh.add(rounded(box({1.30, 0.10, 0.05}), 0.008, 2), turn(Z, 0.97));
+    for (const double y : {-0.58, 0.58}) mesh += at(0, y, 0) * cuboid({leaf.x(), 0.12, 0.05}, 0.008, 2);
+    return mesh + turn(Z, 0.97) * cuboid({1.30, 0.10, 0.05}, 0.008, 2);
   }
 
   void add_gate(int count, double column, const Finish& paint) {
@@ -276,14 +272,14 @@ struct Door : GltfBuilder {
     std::vector<double> heights;
     for (int j = 0; j < count; ++j) heights.push_back(count == 1 ? 0.8 : 0.2 + 1.2 * j / (count - 1));
     for (const double y : heights) {
-      pins.add(rod(0.09, 0.016, 0.003, 16), at(0, y, 0));
-      pins.add(rounded(box({0.10, 0.03, 0.03}), 0.006, 1), at(-0.04, y - 0.025, 0));
-      knuckles.add(rod(0.035, 0.028, 0.004, 20), at(edge, y - 0.8 + 0.018, 0));
-      knuckles.add(rounded(box({0.22, 0.03, 0.06}), 0.006, 1), at(edge + 0.11, y - 0.8 + 0.018, 0));
+      pins += at(0, y, 0) * rod(0.09, 0.016, 0.003, 16);
+      pins += at(-0.04, y - 0.025, 0) * cuboid({0.10, 0.03, 0.03}, 0.006, 1);
+      knuckles += at(edge, y - 0.8 + 0.018, 0) * rod(0.035, 0.028, 0.004, 20);
+      knuckles += at(edge + 0.11, y - 0.8 + 0.018, 0) * cuboid({0.22, 0.03, 0.06}, 0.006, 1);
     }
     // The post leans towards the closed gate.
-    const Mesh post = Mesh().add(rounded(box({0.10, 1.80, 0.10}), 0.012), at(-0.10, 0.80, 0));
-    const Mesh foot = Mesh().add(rounded(box({0.36, 0.24, 0.36}), 0.02), turn(Z, lean) * at(-0.10, -0.08, 0));
+    const Mesh post = at(-0.10, 0.80, 0) * cuboid({0.10, 1.80, 0.10}, 0.012);
+    const Mesh foot = turn(Z, lean) * at(-0.10, -0.08, 0) * cuboid({0.36, 0.24, 0.36}, 0.02);
     const int frame =
         scenery(name + "_frame",
                 mesh(name + "_post", {{post, finish::walnut}, {foot, finish::granite}, {pins, finish::iron}}),
@@ -321,16 +317,15 @@ GltfBuilder short_chain() {
   for (const int side : {-1, 1}) {
     const std::string name = side < 0 ? "left_post" : "right_post";
     const Pose eye = at(-side * 0.055, height, 0);
-    const int post =
-        gltf.scenery(name, {{column, finish::iron}, {Mesh().add(ball(0.045, 28), eye), finish::brass}},
-                     at(side * (span / 2 + 0.055), 0, 0));
+    const int post = gltf.scenery(name, {{column, finish::iron}, {eye * ball(0.045, 28), finish::brass}},
+                                  at(side * (span / 2 + 0.055), 0, 0));
     anchors[side > 0] = gltf.node(name + "_eye", eye, post);
   }
 
   // Three links of 0.5 m between eyes 2 m apart: a joint can close only at the others' expense.
-  const int shaft = gltf.geometry(Mesh().add(rod(length - 0.05, 0.026, 0.006), turn(Z, pi / 2)));
-  const int ends = gltf.geometry(
-      Mesh().add(ball(0.045, 28), at(-length / 2, 0, 0)).add(ball(0.045, 28), at(length / 2, 0, 0)));
+  const int shaft = gltf.geometry(turn(Z, pi / 2) * rod(length - 0.05, 0.026, 0.006));
+  const int ends =
+      gltf.geometry(at(-length / 2, 0, 0) * ball(0.045, 28) + at(length / 2, 0, 0) * ball(0.045, 28));
   const int joint = gltf.ball_joint();
   int end = anchors[0];
   for (int i = 0; i < 3; ++i) {

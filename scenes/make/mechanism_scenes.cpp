@@ -13,14 +13,13 @@ namespace {
 /// Returns a square bar from one point to another.
 Mesh bar(const Vector3& from, const Vector3& to, double width) {
   const Vector3 along = to - from;
-  return Mesh().add(rounded(box({along.norm(), width, width}), width / 8, 2),
-                    Pose{(from + to) / 2, shortest_rotation(X, along)});
+  return Pose{(from + to) / 2, shortest_rotation(X, along)} *
+         cuboid({along.norm(), width, width}, width / 8, 2);
 }
 
 /// Returns a pin about an axis of the node, at a point.
 Mesh pin(const Vector3& point, int axis, double length, double radius) {
-  return Mesh().add(rod(length, radius, radius / 8, 24),
-                    Pose{point, shortest_rotation(Y, Vector3::Unit(axis))});
+  return Pose{point, shortest_rotation(Y, Vector3::Unit(axis))} * rod(length, radius, radius / 8, 24);
 }
 
 /// From a hinge's frame, whose Z is its axis, to the node's.
@@ -29,9 +28,8 @@ Quaternion hinge_about(int axis) {
 }
 
 Mesh foot(double height, double thickness, const Vector3& point) {
-  return Mesh()
-      .add(rounded(box({thickness, height, thickness}), 0.012), at(point.x(), height / 2, point.z()))
-      .add(rounded(box({0.5, 0.06, 0.5}), 0.02), at(point.x(), 0.03, point.z()));
+  return at(point.x(), height / 2, point.z()) * cuboid({thickness, height, thickness}, 0.012) +
+         at(point.x(), 0.03, point.z()) * cuboid({0.5, 0.06, 0.5}, 0.02);
 }
 
 GltfBuilder bricard() {
@@ -49,7 +47,7 @@ GltfBuilder bricard() {
   // The sixth rod is the ground.
   const Vector3 origin(0, height, 0);
   Mesh fixed = bar(corners[5] + origin, corners[0] + origin, width);
-  for (const double z : {0.25, 0.75}) fixed.add(foot(height, 0.07, {0, 0, z}));
+  for (const double z : {0.25, 0.75}) fixed += foot(height, 0.07, {0, 0, z});
   gltf.scenery("stand", {{fixed, finish::iron}});
 
   std::array<int, count> nodes{};
@@ -94,18 +92,16 @@ GltfBuilder four_bar() {
   GltfBuilder gltf("four_bar", {.duration = 4, .poster = 0.75},
                    {.eye = {2.0, 2.1, 6.6}, .target = {2.0, 1.30, 0}, .yfov = 0.56});
 
-  Mesh stand;
-  stand.add(rounded(box({cells * length + 0.3, 0.08, 0.08}), 0.015), at(cells * length / 2, height, -0.16));
-  for (const int i : {0, cells}) stand.add(foot(height, 0.07, {i * length, 0, -0.16}));
+  Mesh stand = at(cells * length / 2, height, -0.16) * cuboid({cells * length + 0.3, 0.08, 0.08}, 0.015);
+  for (const int i : {0, cells}) stand += foot(height, 0.07, {i * length, 0, -0.16});
   gltf.scenery("stand", {{stand, finish::iron}});
 
   const auto [sine, cosine] = sine_cosine(leaning);
   const Vector3 inertia = box_inertia(1, {length, width, width});
   const int hinge = gltf.hinge();
   const int crank = gltf.geometry(bar({0, -length / 2, 0}, {0, length / 2, 0}, width));
-  const int crank_pins = gltf.geometry(Mesh()
-                                           .add(pin({0, -length / 2, -0.06}, 2, 0.22, 0.018))
-                                           .add(pin({0, length / 2, 0.03}, 2, 0.14, 0.018)));
+  const int crank_pins = gltf.geometry(pin({0, -length / 2, -0.06}, 2, 0.22, 0.018) +
+                                       pin({0, length / 2, 0.03}, 2, 0.14, 0.018));
   const int coupler = gltf.geometry(bar({-length / 2, 0, 0.05}, {length / 2, 0, 0.05}, width));
   gltf.material(finish::brass);
   std::array<int, cells + 1> cranks{};
@@ -153,7 +149,7 @@ struct Governor : GltfBuilder {
     const Vector3 cube = Vector3::Constant(0.1);
     const int slider = body("slider", at(0, base + length - 2 * half * cosine, 0),
                             {.mass = 3, .inertia = box_inertia(3, cube), .angular_velocity = {0, rate, 0}},
-                            {{rounded(box(cube), 0.012), finish::mustard}});
+                            {{cuboid(cube, 0.012), finish::mustard}});
     const int slides = joint_description({locked(linear, {0, 2}), locked(angular, {0, 1, 2})});
     joint(node("sleeve", {}, slider), node("guide", {}, shaft), slides);
     add_arms(shaft, slider);
@@ -181,7 +177,7 @@ struct Governor : GltfBuilder {
     const double across = thin.x() + bar_mass * (centre - length / 2) * (centre - length / 2) + of_ball +
                           ball_mass * (length - centre) * (length - centre);
     const int arm_bar = geometry(bar({0, centre, 0}, {0, centre - length, 0}, 0.022));
-    const int arm_ball = geometry(Mesh().add(ball(ball_radius, 32), at(0, centre - length, 0)));
+    const int arm_ball = geometry(at(0, centre - length, 0) * ball(ball_radius, 32));
     for (const int side : {-1, 1}) {
       const std::string name = side < 0 ? "left" : "right";
       const Vector3 along(side * sine, -cosine, 0);
@@ -214,11 +210,11 @@ struct Squeezer : GltfBuilder {
                      .target = {-0.27, 0.68, 0},
                      .yfov = 0.52,
                      .light = {-0.35, -0.9, -0.8}}) {
-    const Mesh board = Mesh().add(rounded(box({1.25, 1.2, 0.06}), 0.015), at(-0.27, 0.70, -0.06));
+    const Mesh board = at(-0.27, 0.70, -0.06) * cuboid({1.25, 1.2, 0.06}, 0.015);
     scenery("board", {{board, finish::walnut}});
     Mesh stand;
     for (const int side : {-1, 1})
-      stand.add(rounded(box({0.08, 0.12, 0.4}), 0.015), at(-0.27 + side * 0.5, 0.06, -0.06));
+      stand += at(-0.27 + side * 0.5, 0.06, -0.06) * cuboid({0.08, 0.12, 0.4}, 0.015);
     scenery("stand", {{stand, finish::iron}});
     plane_ = node("plane", at(0, height, 0));
     material(finish::brass);
@@ -227,8 +223,8 @@ struct Squeezer : GltfBuilder {
     add_joints();
     Mesh bearings;
     for (const Vector3& point : {o, a, b, c})
-      bearings.add(rod(0.10, 0.016, 0.004, 24),
-                   at(scale * point + Vector3(0, height, 0.02)) * turn(X, pi / 2));
+      bearings +=
+          at(scale * point + Vector3(0, height, 0.02)) * turn(X, pi / 2) * rod(0.10, 0.016, 0.004, 24);
     scenery("bearings", {{bearings, finish::steel}});
     expect_angles();
   }
@@ -290,14 +286,14 @@ struct Squeezer : GltfBuilder {
     Mesh bars;
     Mesh pins;
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      pins.add(rod(0.02, 0.013, 0.003, 20), at(local(i) + Vector3(0, 0, up.z() + 0.004)) * upright);
-      bars.add(rod(0.014, 0.024, 0.003, 28), at(local(i) + up) * upright);
+      pins += at(local(i) + Vector3(0, 0, up.z() + 0.004)) * upright * rod(0.02, 0.013, 0.003, 20);
+      bars += at(local(i) + up) * upright * rod(0.014, 0.024, 0.003, 28);
       if (joints.size() == 2 && i == 1) break;
       const Vector3 along = local(i + 1) - local(i);
-      bars.add(rounded(box({along.norm(), 0.028, 0.013}), 0.003, 2),
-               Pose{(local(i) + local(i + 1)) / 2 + up, shortest_rotation(X, along)});
+      bars += Pose{(local(i) + local(i + 1)) / 2 + up, shortest_rotation(X, along)} *
+              cuboid({along.norm(), 0.028, 0.013}, 0.003, 2);
     }
-    if (name == "crank") bars.add(rod(0.014, 0.06, 0.003, 40), at(local(0) + up) * upright);
+    if (name == "crank") bars += at(local(0) + up) * upright * rod(0.014, 0.06, 0.003, 40);
     // The body moves in the plane only: its other moments are infinite.
     const int index = body(name, pose, {.mass = mass, .inertia = Vector3(0, 0, moment * scale * scale)},
                            {{bars, paint}, {pins, finish::brass}}, plane_);

@@ -56,8 +56,8 @@ GltfBuilder near_miss() {
   const int cylinder = gltf.cylinder_shape(post_radius, post_radius, post_height);
   const int square = gltf.box_shape({post_height / 2, post_height, post_height / 2});
   const int pin = gltf.mesh("pin", {{rod(post_height, post_radius, 0.006), finish::steel}});
-  const int stake = gltf.mesh(
-      "stake", {{rounded(box({post_height / 2, post_height, post_height / 2}), 0.004), finish::walnut}});
+  const int stake =
+      gltf.mesh("stake", {{cuboid({post_height / 2, post_height, post_height / 2}, 0.004), finish::walnut}});
 
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const PassingLane& lane = lanes[i];
@@ -118,7 +118,7 @@ GltfBuilder seams() {
                      gltf.cylinder_shape(small_radius, small_radius, 0.12)};
   const Pose stands[]{at(0, block.y() / 2, 0), at(0, small_radius, 0),
                       at(0, small_radius, 0) * turn(X, pi / 2)};
-  const int geometries[]{gltf.geometry(rounded(box(block), 0.004)), gltf.geometry(ball(small_radius)),
+  const int geometries[]{gltf.geometry(cuboid(block, 0.004)), gltf.geometry(ball(small_radius)),
                          gltf.geometry(rod(0.12, small_radius, 0.004))};
   const Finish finishes[]{finish::terracotta, finish::ivory, finish::teal};
   const char* const names[]{"box", "ball", "cylinder"};

@@ -1,10 +1,7 @@
 #include "mesh.h"
 
-#include <cmath>
 #include <map>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "sim/geometry/convex_hull.h"
@@ -69,18 +66,6 @@ std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool
     return Vector3(along.y(), -along.x(), 0);
   };
 
-  // Returns the length that corner i's fillet takes of the segments beside it.
-  const auto tangent_length = [&](int i) {
-    if (!closed && (i == 0 || i == count - 1)) return 0.0;
-    const double cosine = outward(i - 1).dot(outward(i));
-    return profile[(i + count) % count].fillet * std::sqrt((1 - cosine) / (1 + cosine));
-  };
-  for (int i = 0; i < segments; ++i) {
-    if (tangent_length(i) + tangent_length(i + 1) > (point(i + 1) - point(i)).norm() + 1e-12)
-      throw std::invalid_argument("the fillets of profile points " + std::to_string(i) + " and " +
-                                  std::to_string(i + 1) + " overlap");
-  }
-
   std::vector<std::vector<ProfileVertex>> runs(1);
   const int first = closed ? 0 : 1;
   if (!closed) runs.back().push_back({point(0), outward(0)});
@@ -97,24 +82,28 @@ std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool
   if (!closed) {
     const Vector3 end = point(count - 1);
     if ((runs.back().back().point - end).norm() > 1e-9) runs.back().push_back({end, outward(segments - 1)});
-  } else if (profile[0].fillet == 0) {
-    // Append the run before the first corner to the last run.
-    runs.back().push_back(runs.front().front());
-    runs.erase(runs.begin());
   } else {
     runs.back().push_back(runs.front().front());
+    // The last run ends with the first corner, which the first run has alone.
+    if (profile[0].fillet == 0) runs.erase(runs.begin());
   }
   return runs;
 }
 
 }  // namespace
 
-Mesh& Mesh::add(const Mesh& other, const Pose& placement) {
+Mesh& Mesh::operator+=(const Mesh& other) {
   const auto base = static_cast<std::uint32_t>(positions.size());
-  for (const Vector3& p : other.positions) positions.push_back(placement * p);
-  for (const Vector3& n : other.normals) normals.push_back(placement.orientation * n);
+  positions.insert(positions.end(), other.positions.begin(), other.positions.end());
+  normals.insert(normals.end(), other.normals.begin(), other.normals.end());
   for (const auto& t : other.triangles) triangles.push_back({base + t[0], base + t[1], base + t[2]});
   return *this;
+}
+
+Mesh operator*(const Pose& pose, Mesh mesh) {
+  for (Vector3& p : mesh.positions) p = pose * p;
+  for (Vector3& n : mesh.normals) n = pose.orientation * n;
+  return mesh;
 }
 
 Polyhedron box(const Vector3& size) {

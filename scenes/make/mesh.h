@@ -18,9 +18,17 @@ struct Mesh {
   std::vector<Vector3> normals;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
-  /// Adds the triangles of `other`, placed by `placement`.
-  Mesh& add(const Mesh& other, const Pose& placement = {});
+  /// Adds the triangles of `other`.
+  Mesh& operator+=(const Mesh& other);
 };
+
+inline Mesh operator+(Mesh first, const Mesh& second) {
+  first += second;
+  return first;
+}
+
+/// Returns the mesh at a pose.
+Mesh operator*(const Pose& pose, Mesh mesh);
 
 /// A convex solid: planar polygons, counter-clockwise seen from outside, three of them at each vertex.
 struct Polyhedron {
@@ -49,6 +57,11 @@ Polyhedron prism(const Outline& outline, double height, double top_scale = 1);
 /// Returns the solid with each edge and corner rounded by a rolling ball of `radius`, in `segments` steps.
 /// Faces keep their planes. `radius` must leave a part of each face.
 Mesh rounded(const Polyhedron& solid, double radius, int segments = 3);
+
+/// Returns a box with rounded edges.
+inline Mesh cuboid(const Vector3& size, double radius, int segments = 3) {
+  return rounded(box(size), radius, segments);
+}
 
 /// Returns the solid's mesh with flat faces and sharp edges.
 Mesh faceted(const Polyhedron& solid);

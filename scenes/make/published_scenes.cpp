@@ -28,8 +28,7 @@ class Kind {
 
   /// Makes boxes of `size`, drawn with rounded edges.
   Kind(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Finish& finish, double friction)
-      : Kind(gltf, name, gltf.box_shape(size), rounded(box(size), 0.04 * size.minCoeff(), 1), finish,
-             friction) {}
+      : Kind(gltf, name, gltf.box_shape(size), cuboid(size, 0.04 * size.minCoeff(), 1), finish, friction) {}
 
   /// Adds a body, without a collider where `motion` has an inertia.
   int add(const std::string& name, const Pose& pose, const Motion& motion) const {

@@ -37,7 +37,7 @@ struct Bowling : GltfBuilder {
     fixed_box("cushion", {0.12, 0.7, 1.8}, at(1.9, 0.35, 0), physics_material(0.8), finish::teal, 0.04);
     Mesh seams;
     for (int i = -4; i <= 4; ++i)
-      seams.add(rounded(box({5.39, 0.002, 0.003}), 0.0008, 1), at(-1.45, top + 0.0002, 0.107 * i));
+      seams += at(-1.45, top + 0.0002, 0.107 * i) * cuboid({5.39, 0.002, 0.003}, 0.0008, 1);
     scenery("seams", {{seams, finish::oak}});
   }
 
@@ -51,7 +51,7 @@ struct Bowling : GltfBuilder {
                 corner(0.0200, 0.3740, 0.008), corner(0, 0.3810)},
                40);
     Mesh stripes;
-    for (const double y : {0.240, 0.262}) stripes.add(ring(0.020, 0.0262, 0.005, 0, 40), at(0, y, 0));
+    for (const double y : {0.240, 0.262}) stripes += at(0, y, 0) * ring(0.020, 0.0262, 0.005, 0, 40);
     const int look = mesh("pin", {{pin, finish::ivory}, {stripes, finish::terracotta}});
     // Follow the outline with three solids; the pin stands on the flat end of the first.
     const int foot = cylinder_shape(0.0258, 0.0560, 0.085);
@@ -76,7 +76,7 @@ struct Bowling : GltfBuilder {
     Mesh holes;
     for (const Vector3& hole : {Vector3(0.018, 0, -0.02), Vector3(-0.018, 0, -0.02), Vector3(0, 0, 0.045)}) {
       const double height = std::sqrt(radius * radius - hole.squaredNorm());
-      holes.add(rod(0.004, 0.013, 0.001, 24), turn(X, 0.5) * at(hole.x(), height - 0.0012, hole.z()));
+      holes += turn(X, 0.5) * at(hole.x(), height - 0.0012, hole.z()) * rod(0.004, 0.013, 0.001, 24);
     }
     body("ball", at(-2.6, top + radius, 0.33),
          {.mass = 6.8, .linear_velocity = {7, 0, -0.62}, .angular_velocity = {-16, 0, -12}},
@@ -172,7 +172,7 @@ struct Funnel : GltfBuilder {
     // Studs show that the funnel turns; frictionless bodies must not be affected.
     Mesh studs;
     for (int i = 0; i < 12; ++i)
-      studs.add(ball(0.016, 16), turn(Y, pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0));
+      studs += turn(Y, pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0) * ball(0.016, 16);
     const int stud = geometry(studs);
     const int sheet = detached_node("sheet", {{surface, shell}});
     const int funnel = body("funnel", {}, {.mass = 20, .angular_velocity = {0, 0.6, 0}, .kinematic = true},
@@ -198,14 +198,11 @@ struct Funnel : GltfBuilder {
     Mesh stand;
     for (int i = 0; i < 3; ++i) {
       const Pose leg = turn(Y, 2 * pi * i / 3 + 0.5);
-      stand.add(rod(height - k, 0.022, 0.006, 20), leg * at(rim + 0.03, (height - k) / 2, 0));
-      stand.add(rod(0.03, 0.07, 0.01, 28), leg * at(rim + 0.03, 0.015, 0));
-      stand.add(rod(0.23, 0.014, 0.004, 16), leg * at(0.44, 0.115, 0));
+      stand += leg * at(rim + 0.03, (height - k) / 2, 0) * rod(height - k, 0.022, 0.006, 20);
+      stand += leg * at(rim + 0.03, 0.015, 0) * rod(0.03, 0.07, 0.01, 28);
+      stand += leg * at(0.44, 0.115, 0) * rod(0.23, 0.014, 0.004, 16);
     }
-    stand.add(
-        turned({corner(rim - 0.006, height - k - 0.02, 0.008), corner(rim + 0.016, height - k - 0.02, 0.008),
-                corner(rim + 0.016, height - k + 0.02, 0.008), corner(rim - 0.006, height - k + 0.02, 0.008)},
-               128, true));
+    stand += at(0, height - k, 0) * ring(rim - 0.006, rim + 0.016, 0.02, 0.008, 128);
     scenery("stand", {{stand, finish::walnut}});
   }
 
@@ -315,29 +312,27 @@ struct WaterWheel : GltfBuilder {
     for (int i = 0; i < 12; ++i) {
       const Pose blade = turn(Z, 2 * pi * i / 12) * at((hub_radius + radius) / 2, 0, 0) * turn(Z, 0.35);
       collider(node(numbered("blade", i + 1), blade, wheel), {blade_shape, slick_});
-      blades.add(rounded(box(blade_size), 0.008, 2), blade);
+      blades += blade * cuboid(blade_size, 0.008, 2);
     }
     // Draw rings and spokes instead of the discs, which would hide the inside.
     Mesh rings;
-    const Mesh rim = turned({corner(radius - 0.07, -0.015, 0.005), corner(radius, -0.015, 0.005),
-                             corner(radius, 0.015, 0.005), corner(radius - 0.07, 0.015, 0.005)},
-                            64, true);
+    const Mesh rim = ring(radius - 0.07, radius, 0.015, 0.005, 64);
     for (const int side : {-1, 1}) {
-      rings.add(rim, at(0, 0, side * disc) * along_z);
+      rings += at(0, 0, side * disc) * along_z * rim;
       for (int i = 0; i < 6; ++i)
-        rings.add(rounded(box({radius - 0.03, 0.05, 0.028}), 0.006, 2),
-                  turn(Z, pi * i / 3) * at(radius / 2, 0, side * disc));
+        rings += turn(Z, pi * i / 3) * at(radius / 2, 0, side * disc) *
+                 cuboid({radius - 0.03, 0.05, 0.028}, 0.006, 2);
     }
     show(wheel, {{blades, finish::maple},
-                 {Mesh().add(rod(width, hub_radius, 0.01, 48), along_z), finish::oak},
+                 {along_z * rod(width, hub_radius, 0.01, 48), finish::oak},
                  {rings, finish::walnut},
-                 {Mesh().add(rod(width + 0.7, 0.035, 0.008), along_z), finish::steel}});
+                 {along_z * rod(width + 0.7, 0.035, 0.008), finish::steel}});
     Mesh trestle;
     for (const int side : {-1, 1}) {
       for (const int lean : {-1, 1})
-        trestle.add(rounded(box({0.09, 1.25, 0.08}), 0.012),
-                    at(lean * 0.2, 0.58, side * 0.42) * turn(Z, lean * 0.33));
-      trestle.add(rounded(box({0.2, 0.12, 0.09}), 0.012), at(0, height, side * 0.42));
+        trestle +=
+            at(lean * 0.2, 0.58, side * 0.42) * turn(Z, lean * 0.33) * cuboid({0.09, 1.25, 0.08}, 0.012);
+      trestle += at(0, height, side * 0.42) * cuboid({0.2, 0.12, 0.09}, 0.012);
     }
     scenery("trestle", {{trestle, finish::iron}});
     const int bearing = node("bearing", at(0, height, 0));
@@ -351,8 +346,7 @@ struct WaterWheel : GltfBuilder {
     constexpr std::array paints{finish::blue, finish::teal, finish::ivory};
     const int chute = node("chute", at(-0.42, 2.20, 0) * turn(Z, -0.14));
     const auto add_plank = [&](const char* name, const Vector3& size, const Vector3& centre) {
-      fixed_body(name, at(centre), {box_shape(size), slick_}, {{rounded(box(size), 0.008, 2), finish::oak}},
-                 chute);
+      fixed_body(name, at(centre), {box_shape(size), slick_}, {{cuboid(size, 0.008, 2), finish::oak}}, chute);
     };
     add_plank("chute_floor", {length, 0.03, 0.24}, {-length / 2, -0.015, 0});
     add_plank("chute_back", {length, 0.10, 0.03}, {-length / 2, 0.035, -0.12});
@@ -360,8 +354,8 @@ struct WaterWheel : GltfBuilder {
     Mesh posts;
     for (const double x : {-1.0, -3.1}) {
       for (const int side : {-1, 1})
-        posts.add(rounded(box({0.08, 2.24 - 0.14 * x, 0.08}), 0.012),
-                  at(x - 0.42, (2.18 - 0.14 * x) / 2 - 0.05, side * 0.18));
+        posts += at(x - 0.42, (2.18 - 0.14 * x) / 2 - 0.05, side * 0.18) *
+                 cuboid({0.08, 2.24 - 0.14 * x, 0.08}, 0.012);
     }
     scenery("posts", {{posts, finish::walnut}});
     const int shape = sphere_shape(ball_radius);

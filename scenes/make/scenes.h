@@ -2,7 +2,6 @@
 /// The scenes of the library by kind (the page beside each file says what a scene is for), and what they
 /// share: axes, the palette, shorthands.
 
-#include <array>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -19,10 +18,6 @@ inline const Vector3 Z = Vector3::UnitZ();
 
 inline constexpr auto linear = AxesLimit::Kind::linear;
 inline constexpr auto angular = AxesLimit::Kind::angular;
-
-inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
-  return {.kind = kind, .axes = axes, .min = 0, .max = 0};
-}
 
 /// Returns the principal moments of a uniform box.
 inline Vector3 box_inertia(double mass, const Vector3& size) {

@@ -30,15 +30,15 @@ GltfBuilder incline() {
   const int slope = gltf.node("slope", at(0, length / 2 * sine + foot, 0) * turn(Z, -pi / 6));
   const Vector3 slab_size(length, thickness, width);
   gltf.fixed_body("slab", at(0, -thickness / 2, 0), {gltf.box_shape(slab_size), gltf.physics_material(1)},
-                  {{rounded(box(slab_size), 0.03), finish::maple}}, slope);
+                  {{cuboid(slab_size, 0.03), finish::maple}}, slope);
   // Draw the slab's supports, without colliders.
   const double half = length / 2 * cosine - 0.25;
   const Polyhedron support =
       prism({point(-half, 0), point(half, 0), point(-half, 2 * half * sine / cosine)}, width - 0.5);
-  gltf.scenery("support", {{Mesh().add(rounded(support, 0.03), turn(X, pi / 2)), finish::granite}});
+  gltf.scenery("support", {{turn(X, pi / 2) * rounded(support, 0.03), finish::granite}});
 
   const int shape = gltf.box_shape(size);
-  const int block = gltf.geometry(rounded(box(size), 0.035));
+  const int block = gltf.geometry(cuboid(size, 0.035));
   const Vector3 downhill(cosine, -sine, 0);
   double z = -0.9;
   for (const auto& [name, friction, paint] :

@@ -47,7 +47,7 @@ GltfBuilder heavy_top() {
   // Studs, so that the spin can be seen.
   Mesh studs = ring;
   for (int i = 0; i < 6; ++i) {
-    studs.add(rod(0.03, i == 0 ? 0.055 : 0.035, 0.01, 20), turn(Y, pi * i / 3) * at(0.685, 0.068, 0));
+    studs += turn(Y, pi * i / 3) * at(0.685, 0.068, 0) * rod(0.03, i == 0 ? 0.055 : 0.035, 0.01, 20);
   }
   const int body = gltf.body(
       "top", at(0, height, 0) * turn(X, tilt) * at(0, lever, 0),
@@ -74,7 +74,7 @@ struct Turntable : GltfBuilder {
     add_ball();
     const Vector3 size(0.18, 0.10, 0.18);
     const Collider solid{box_shape(size), physics_material(0.5)};
-    const int block = geometry(rounded(box(size), 0.012));
+    const int block = geometry(cuboid(size, 0.012));
     add_block("inner_block", 0.72, 1.2, solid, {{block, finish::teal}});
     add_block("middle_block", 0.76, 3.3, solid, {{block, finish::mustard}});
     add_block("outer_block", 0.88, 5.0, solid, {{block, finish::terracotta}});
@@ -95,12 +95,9 @@ struct Turntable : GltfBuilder {
         {corner(0, -half), corner(radius, -half, 0.02), corner(radius, half, 0.012), corner(0, half)}, 96);
     Mesh inlay;
     for (const double r : {0.4, 0.785})
-      inlay.add(turned({corner(r - 0.008, half - 0.01), corner(r + 0.008, half - 0.01),
-                        corner(r + 0.008, half + 0.001), corner(r - 0.008, half + 0.001)},
-                       96, true));
+      inlay += at(0, half - 0.0045, 0) * ring(r - 0.008, r + 0.008, 0.0055, 0, 96);
     for (int i = 0; i < 12; ++i)
-      inlay.add(rounded(box({0.30, 0.012, 0.014}), 0.002, 1),
-                turn(Y, pi * i / 6) * at(1.05, half - 0.005, 0));
+      inlay += turn(Y, pi * i / 6) * at(1.05, half - 0.005, 0) * cuboid({0.30, 0.012, 0.014}, 0.002, 1);
     body("table", at(0, top - half, 0), {.mass = 100, .angular_velocity = {0, rate, 0}, .kinematic = true},
          {cylinder_shape(radius, radius, 2 * half), physics_material(1)},
          {{plate, finish::walnut}, {inlay, finish::brass}});
@@ -110,9 +107,8 @@ struct Turntable : GltfBuilder {
   void add_ball() {
     constexpr double ball_radius = 0.12;
     constexpr double orbit = 0.4;
-    const Mesh bands = Mesh()
-                           .add(rod(0.03, ball_radius + 0.0015, 0.006, 40))
-                           .add(rod(2 * ball_radius + 0.006, 0.035, 0.006, 24));
+    const Mesh bands =
+        rod(0.03, ball_radius + 0.0015, 0.006, 40) + rod(2 * ball_radius + 0.006, 0.035, 0.006, 24);
     body("ball", at(orbit, top + ball_radius, 0),
          {.mass = 1,
           .linear_velocity = {0, 0, -2.0 / 7 * rate * orbit},
@@ -163,15 +159,12 @@ GltfBuilder euler_disk() {
   // centre at rest.
   const auto [sine, cosine] = sine_cosine(tilt);
   const double round = std::sqrt(4 * gravity / (radius * sine));
-  const Mesh profile = turned({corner(0, -thickness / 2), corner(radius, -thickness / 2, 0.003),
-                               corner(radius, thickness / 2, 0.003), corner(0, thickness / 2)},
-                              96);
+  const Mesh profile = rod(thickness, radius, 0.003, 96);
   Mesh inlay;
   for (int i = 0; i < 6; ++i) {
-    inlay.add(rounded(box({0.17, 0.004, 0.02}), 0.001, 1),
-              turn(Y, pi * i / 3) * at(0.17, thickness / 2 - 0.001, 0));
+    inlay += turn(Y, pi * i / 3) * at(0.17, thickness / 2 - 0.001, 0) * cuboid({0.17, 0.004, 0.02}, 0.001, 1);
   }
-  inlay.add(rod(0.004, 0.05, 0.001, 32), at(0, thickness / 2 - 0.001, 0));
+  inlay += at(0, thickness / 2 - 0.001, 0) * rod(0.004, 0.05, 0.001, 32);
   gltf.body("disk", at(0, top + radius * sine + thickness / 2 * cosine, 0) * turn(Z, -tilt),
             {.mass = 1, .angular_velocity = {-round * sine, 0, 0}},
             {gltf.cylinder_shape(radius, radius, thickness), grip},
@@ -212,7 +205,7 @@ GltfBuilder rattleback() {
   const Mesh cap =
       turned({corner(0, 0), corner(0.013, 0), corner(0.013, 0.012, 0.005), corner(0, 0.012)}, 32);
   Mesh weights;
-  for (const int side : {-1, 1}) weights.add(cap, at(side * 0.125, 0, side * -0.008));
+  for (const int side : {-1, 1}) weights += at(side * 0.125, 0, side * -0.008) * cap;
   const int weight_geometry = gltf.geometry(weights);
   gltf.material(finish::brass);
   const int shape = gltf.sphere_shape(1);

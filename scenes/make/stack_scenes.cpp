@@ -18,7 +18,7 @@ class Crates {
   explicit Crates(GltfBuilder& gltf)
       : gltf_(gltf),
         collider_{gltf.box_shape({1, 1, 1}), gltf.physics_material(0.6)},
-        crate_(gltf.geometry(rounded(box({1, 1, 1}), 0.06))) {}
+        crate_(gltf.geometry(cuboid({1, 1, 1}, 0.06))) {}
 
   /// Adds a mesh for each finish.
   template <std::size_t count>
@@ -51,8 +51,8 @@ class Crates {
 Mesh studs(int count, double pitch, double side, double size) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {
-    mesh.add(rod(size, 1.4 * size, 0.4 * size, 20),
-             at(pitch * (i - (count - 1) / 2.0), 0, side) * turn(X, pi / 2));
+    mesh += at(pitch * (i - (count - 1) / 2.0), 0, side) * turn(X, pi / 2) *
+            rod(size, 1.4 * size, 0.4 * size, 20);
   }
   return mesh;
 }
@@ -127,7 +127,7 @@ GltfBuilder heavy_on_light() {
                    {.eye = {1.2, 1.55, 4.6}, .target = {0, 0.50, 0}, .yfov = 0.50, .friction = 0.6});
 
   const Collider collider{gltf.box_shape(size), gltf.physics_material(0.6)};
-  const int block = gltf.geometry(rounded(box(size), 0.02));
+  const int block = gltf.geometry(cuboid(size, 0.02));
   const int light = gltf.mesh("light", {{block, finish::maple}});
   gltf.material(finish::brass);
   for (int i = 0; i < 5; ++i) {
@@ -152,7 +152,7 @@ GltfBuilder overlap() {
                    {.eye = {2.1, 1.9, 5.4}, .target = {0, 0.92, 0}, .yfov = 0.50, .friction = 0.6});
 
   const Collider collider{gltf.box_shape(Vector3::Constant(side)), gltf.physics_material(0.6)};
-  const int cube = gltf.geometry(rounded(box(Vector3::Constant(side)), 0.03));
+  const int cube = gltf.geometry(cuboid(Vector3::Constant(side), 0.03));
   int number = 0;
   for (int row = 0; row < base; ++row) {
     for (int i = 0; i < base - row; ++i, ++number) {
@@ -245,11 +245,11 @@ GltfBuilder card_house() {
   // An ivory card with a coloured panel on each face.
   const Vector3 size(thickness, height, width);
   const Collider collider{gltf.box_shape(size), gltf.physics_material(0.7)};
-  const int edge = gltf.geometry(rounded(box(size), 0.003, 1));
+  const int edge = gltf.geometry(cuboid(size, 0.003, 1));
   Mesh backs;
   for (const int side : {-1, 1})
-    backs.add(rounded(box({0.004, height - 0.05, width - 0.05}), 0.0015, 1),
-              at(side * (thickness / 2 - 0.0012), 0, 0));
+    backs +=
+        at(side * (thickness / 2 - 0.0012), 0, 0) * cuboid({0.004, height - 0.05, width - 0.05}, 0.0015, 1);
   const int back = gltf.geometry(backs);
   const std::array looks{gltf.mesh("red_card", {{edge, finish::ivory}, {back, finish::terracotta}}),
                          gltf.mesh("blue_card", {{edge, finish::ivory}, {back, finish::blue}})};

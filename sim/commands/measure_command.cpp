@@ -161,13 +161,11 @@ void measure_runs(const MeasureOptions& options, const Scene& scene, std::vector
 
 /// Throws Error for options that cannot be used, or not with each other.
 void check_options(const MeasureOptions& options, const Scene& scene) {
-  if (!(scene.duration >= scene.step && scene.duration <= 3600)) {
-    throw Error(
-        fmt::format("duration {:g} s: from the scene's step, {:g} s, to 3600 s", scene.duration, scene.step));
-  }
+  if (!(scene.duration >= scene.step && scene.duration <= 3600))
+    throw Error("duration {:g} s: from the scene's step, {:g} s, to 3600 s", scene.duration, scene.step);
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (options.reference) return;
-  if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
+  if (!(horizon > 0)) throw Error("--horizon '{}': must be above 0", options.horizon);
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   options.output.require_folder();
   if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
@@ -195,17 +193,10 @@ void measure_scene(const MeasureOptions& options) {
   measurement.duration = scene.duration;
   measurement.modelled = Simulation(scene, measurement.runs.front().settings).modelled();
   measure_runs(options, scene, std::move(states), measurement);
-  if (options.brief) {
-    const TextTable table = brief_table(measurement);
-    options.output.write(options.markdown ? to_markdown(table) : to_text(table));
-  } else {
-    options.output.write(options.markdown ? to_markdown(measurement, options.all)
-                                          : to_table(measurement, options.all));
-  }
+  options.output.write(options.brief ? to_text(brief_table(measurement), options.markdown)
+                                     : to_text(measurement, options.all, options.markdown));
   for (const MeasuredSettings& run : measurement.runs) {
-    if (run.metrics.diverged) continue;
-    warn_of(scene, run.author.empty() ? label(run.settings) : run.author,
-            violations(scene, run.settings, run.metrics));
+    if (!run.metrics.diverged) warn_of(scene, label(run), violations(scene, run.settings, run.metrics));
   }
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/measure/stepper.h"
 #include "sim/measure/text_table.h"
 #include "sim/measure/validity_maps.h"
 
@@ -38,9 +38,9 @@ const char* verdict(const MlcpReport& report, const ConeError& error) {
 /// Solves the file's problem and returns its row of the table. Sets `is_solved` to false where it is not.
 std::vector<std::string> solve_file(const fs::path& file, const FrozenProblem& problem, bool& is_solved) {
   std::vector<double> lambda;
-  const std::clock_t begin = std::clock();
+  const double begin = cpu_time();
   const MlcpReport report = solve(problem, lambda);
-  const double milliseconds = 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  const double milliseconds = 1e3 * (cpu_time() - begin);
   const ConeError error = cone_error(problem, lambda);
   is_solved = is_solved && error.natural_map <= tolerance;
   return {fmt::format("{} ({} contacts, asymmetry {:.1g})", file.stem().string(), problem.contacts(),
@@ -64,21 +64,17 @@ void mlcp(const MlcpOptions& options) {
     fmt::print("wrote {}\n", options.siconos->string());
     return;
   }
-  const auto print = [&](const TextTable& table) {
-    fmt::print("{}", options.markdown ? to_markdown(table) : to_text(table));
-  };
   bool is_solved = true;
   TextTable table{{"problem", "status", "natural-map error", "complementarity", "factorisations", "CPU, ms"},
                   {}};
   for (const fs::path& file : options.files)
     table.rows.push_back(solve_file(file, load_frozen_problem(file), is_solved));
-  print(table);
+  fmt::print("{}", to_text(table, options.markdown));
   if (options.files.size() == 1) {
     TextTable convergence{{"sweeps", "natural-map error"}, {}};
     for (const auto& [sweeps, error] : sweep_errors(load_frozen_problem(options.files.front()), tolerance))
       convergence.rows.push_back({fmt::format("{}", sweeps), fmt::format("{:.2e}", error)});
-    fmt::print("\n");
-    print(convergence);
+    fmt::print("\n{}", to_text(convergence, options.markdown));
   }
   if (!is_solved) throw CLI::RuntimeError(1);
 }

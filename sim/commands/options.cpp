@@ -6,10 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/model/usual_settings.h"
 #include "sim/study/sweep.h"
 
@@ -26,7 +24,7 @@ constexpr double longest_usual_step = 0.25;  // s: a longer one is more likely a
 
 double seconds_in(const std::string& text, const std::string& option) {
   const auto value = fraction_in(text);
-  if (!value) throw Error(fmt::format("{} '{}': give seconds, such as 0.01 or 1/60", option, text));
+  if (!value) throw Error("{} '{}': give seconds, such as 0.01 or 1/60", option, text);
   return *value;
 }
 
@@ -43,7 +41,7 @@ std::optional<std::pair<int, int>> two_numbers_in(std::string_view text, char se
 ImageSize image_size_in(const std::string& text) {
   const auto [width, height] = two_numbers_in(text, 'x').value_or(std::pair(0, 0));
   if (std::min(width, height) < 1 || std::max(width, height) > 32768)
-    throw Error(fmt::format("--size '{}': give width and height up to 32768, such as 1280x720", text));
+    throw Error("--size '{}': give width and height up to 32768, such as 1280x720", text);
   return {width, height};
 }
 
@@ -64,7 +62,7 @@ void SolverOptions::add_to(CLI::App& command) {
 void SolverOptions::add_algorithm_to(CLI::App& command) {
   command
       .add_option("--algorithm", algorithm_, "a1, a2, a3, a4 or a5; soft or avbd, which are not the report's")
-      ->default_str(std::string(name(usual_)))
+      ->default_str(std::string(name(Settings{}.algorithm)))
       ->group(solving);
 }
 
@@ -88,8 +86,8 @@ void SolverOptions::apply_to(Settings& settings) const {
     const SettingsField& field = field_named(name);
     if (!text || set_typed(settings, field, *text)) continue;
     const bool is_number = std::holds_alternative<double Settings::*>(field.member);
-    throw Error(fmt::format("--{} '{}': give {}{}", name, *text, kind_of(field),
-                            is_number ? ", such as 0.01 or 1/60" : ""));
+    throw Error("--{} '{}': give {}{}", name, *text, kind_of(field),
+                is_number ? ", such as 0.01 or 1/60" : "");
   }
   std::vector<const SettingsField*> fields;
   for (const SettingsField& field : settings_fields) {
@@ -98,20 +96,19 @@ void SolverOptions::apply_to(Settings& settings) const {
   try {
     set_typed(settings, in_set(), fields);
   } catch (const Error& error) {
-    throw Error(fmt::format("--set {}", error.what()));
+    throw Error("--set {}", error.what());
   }
   const double longest = field_named("step").range.high;
   if (step_ && settings.step > longest) {
-    throw Error(fmt::format(
+    throw Error(
         "--step {}: is a step of {:g} s, and must be at most {:g} s: sixty steps a second are --step 1/60",
-        *step_, settings.step, longest));
+        *step_, settings.step, longest);
   }
   check(settings);
 }
 
 Settings SolverOptions::settings(const Scene& scene) const {
   Settings typed;
-  typed.algorithm = usual_;
   apply_to(typed);
   Settings result = usual_settings(scene, typed.algorithm);
   apply_to(result);
@@ -124,16 +121,15 @@ Settings SolverOptions::settings(const Scene& scene) const {
 
 double SolverOptions::seconds(const Scene& scene) const {
   const double result = duration ? seconds_in(*duration, "--duration") : scene.duration;
-  if (result < 0) throw Error(fmt::format("--duration '{}': must not be negative", *duration));
+  if (result < 0) throw Error("--duration '{}': must not be negative", *duration);
   return result;
 }
 
 int SolverOptions::steps(const Scene& scene, const Settings& settings) const {
   const double count = std::round(seconds(scene) / settings.step);
   constexpr double most = 10'000'000;
-  if (!(count <= most)) {
-    throw Error(fmt::format("{} steps of {} s are too many: ten million can be run", count, settings.step));
-  }
+  if (!(count <= most))
+    throw Error("{} steps of {} s are too many: ten million can be run", count, settings.step);
   return static_cast<int>(count);
 }
 
@@ -168,17 +164,17 @@ void SceneOptions::add_to(CLI::App& command) {
 }
 
 void SceneOptions::add_mesh_options_to(CLI::App& command) {
-  const std::string group = "For a mesh";
-  command.add_option("--scale", scale_, "Metres in one unit of its file, such as 0.001 (1)")->group(group);
-  command.add_option("--density", density_, "Its density in kg/m³ (1000)")->group(group);
-  command.add_option("--mass", mass_, "Its mass in kg, in place of the density")->group(group);
-  command.add_option("--height", height_, "Metres between the ground and its lowest point (half its size)")
-      ->group(group);
-  command.add_option("--rotate", rotation_, "Degrees about x, then y, then z, such as 30,0,45")
-      ->delimiter(',')
-      ->expected(3)
-      ->group(group);
-  command.add_option("--copies", copies_, "How many of it fall (1)")->group(group);
+  options_of_mesh_ = {
+      command.add_option("--scale", mesh_.scale, "Metres in one unit of its file, such as 0.001 (1)"),
+      command.add_option("--density", mesh_.density, "Its density in kg/m³ (1000)"),
+      command.add_option("--mass", mesh_.mass, "Its mass in kg, in place of the density"),
+      command.add_option("--height", mesh_.height,
+                         "Metres between the ground and its lowest point (half its size)"),
+      command.add_option("--rotate", rotation_, "Degrees about x, then y, then z, such as 30,0,45")
+          ->delimiter(',')
+          ->expected(3),
+      command.add_option("--copies", mesh_.copies, "How many of it fall (1)")};
+  for (CLI::Option* const option : options_of_mesh_) option->group("For a mesh");
 }
 
 void SceneOptions::require_separate(const std::vector<GivenFile>& outputs) const {
@@ -194,14 +190,10 @@ void SceneOptions::require_separate(const std::vector<GivenFile>& outputs) const
 }
 
 std::optional<MeshOptions> SceneOptions::mesh_options() const {
-  if (!scale_ && !density_ && !mass_ && !height_ && !copies_ && rotation_.empty()) return std::nullopt;
-  MeshOptions result;
-  result.scale = scale_.value_or(result.scale);
-  result.density = density_.value_or(result.density);
-  result.mass = mass_;
-  result.height = height_;
-  result.copies = copies_.value_or(result.copies);
-  if (rotation_.size() == 3) result.rotation = {rotation_[0], rotation_[1], rotation_[2]};
+  const auto is_typed = [](const CLI::Option* option) { return option->count() > 0; };
+  if (std::ranges::none_of(options_of_mesh_, is_typed)) return std::nullopt;
+  MeshOptions result = mesh_;
+  if (!rotation_.empty()) result.rotation = Vector3(rotation_.data());
   return result;
 }
 

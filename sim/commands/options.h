@@ -39,9 +39,6 @@ class SolverOptions {
  public:
   std::optional<std::string> duration;
 
-  /// Uses `usual` where no algorithm is typed.
-  explicit SolverOptions(Algorithm usual = Settings{}.algorithm) : usual_(usual) {}
-
   /// Adds --step, --substeps, --set and --duration.
   void add_to(CLI::App& command);
   /// Adds --algorithm, to commands that run one.
@@ -62,7 +59,6 @@ class SolverOptions {
  private:
   TypedSettings in_set() const;
 
-  Algorithm usual_;
   std::optional<std::string> algorithm_, step_, substeps_;
   std::vector<std::string> set_;
 };
@@ -102,9 +98,9 @@ struct SceneOptions {
   std::optional<MeshOptions> mesh_options() const;
 
  private:
-  std::optional<double> scale_, density_, mass_, height_;
-  std::optional<int> copies_;
-  std::vector<double> rotation_;
+  MeshOptions mesh_;
+  std::vector<double> rotation_;  ///< degrees about x, y and z; empty: not typed
+  std::vector<CLI::Option*> options_of_mesh_;
 };
 
 }  // namespace substep

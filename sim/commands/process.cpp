@@ -42,13 +42,8 @@ void end_by(int signal) noexcept {
 
 extern "C" void substep_interrupted(int signal) {
   remove_partial_files();
-  say("substep: interrupted: what was not finished is removed\n");
-  end_by(signal);
-}
-
-/// Whoever reads has gone, and wants to hear no more: its end by the signal is what other programs do, too.
-extern "C" void substep_not_read(int signal) {
-  remove_partial_files();
+  // Whoever read a closed pipe has gone, and wants to hear no more.
+  if (signal != SIGPIPE) say("substep: interrupted: what was not finished is removed\n");
   end_by(signal);
 }
 
@@ -86,8 +81,7 @@ void prepare_process() {
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
   }
   std::signal(SIGXFSZ, SIG_IGN);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, substep_interrupted, false);
-  handle(SIGPIPE, substep_not_read, false);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_interrupted, false);
   // An overflowing stack has no room for a handler.
   static std::array<char, 1 << 16> stack;
   stack_t own{};
@@ -102,8 +96,8 @@ void flush_output() {
   std::cout.flush();
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && std::cout && std::ferror(stdout) == 0) return;
-  throw Error(fmt::format("standard output cannot be written{}{}", errno != 0 ? ": " : "",
-                          errno != 0 ? std::strerror(errno) : ""));
+  throw Error("standard output cannot be written{}{}", errno != 0 ? ": " : "",
+              errno != 0 ? std::strerror(errno) : "");
 }
 
 int refuse_for_memory() noexcept {

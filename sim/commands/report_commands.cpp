@@ -22,12 +22,12 @@ struct ClaimsOptions {
 
 void claims(const ClaimsOptions& options) {
   options.output.require_folder();
-  ClaimsReport report;
+  std::string text;
   {
     Progress progress;
-    report = measure_claims(options.scenes, [&](double fraction) { progress.show("measuring", fraction); });
+    text = measure_claims(options.scenes, [&](double fraction) { progress.show("measuring", fraction); });
   }
-  options.output.write(to_markdown(report));
+  options.output.write(text);
 }
 
 struct PublishedCommandOptions {
@@ -49,8 +49,7 @@ void published(PublishedCommandOptions options) {
     options.measure.progress = [&](double share) { progress.show("measuring", share); };
     measurements = measure_published(results, options.measure);
   }
-  if (measurements.empty())
-    throw Error(fmt::format("--only '{}': no result's name contains this", options.measure.only));
+  if (measurements.empty()) throw Error("--only '{}': no result's name contains this", options.measure.only);
   options.output.write(to_markdown(measurements));
 }
 

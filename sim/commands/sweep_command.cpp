@@ -34,7 +34,7 @@ void submit(const SweepCommand& command, int tasks) {
   const fs::path results = fs::absolute(command.options.results);
   std::error_code failure;
   fs::create_directories(results / "slurm", failure);
-  if (failure) throw Error(fmt::format("{}: cannot be made: {}", results.string(), failure.message()));
+  if (failure) throw Error("{}: cannot be made: {}", results.string(), failure.message());
   const std::string program = fs::read_symlink("/proc/self/exe", failure).string();
   const std::vector<std::string> words{"sbatch",
                                        "--parsable",
@@ -53,9 +53,9 @@ void submit(const SweepCommand& command, int tasks) {
       throw Error("--slurm: sbatch did not take the jobs");
   } catch (const std::system_error& error) {
     throw Error(
-        fmt::format("--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "
-                    "slurm-client",
-                    error.code().message()));
+        "--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "
+        "slurm-client",
+        error.code().message());
   }
   fmt::print("submitted: {} tasks\nwhen they are done: substep sweep {} --output {} --merge\n", tasks,
              command.file.string(), command.options.results.string());
@@ -65,13 +65,12 @@ void run(SweepCommand& command) {
   if (command.job) {
     const auto [part, parts] = two_numbers_in(*command.job, '/').value_or(std::pair(0, 0));
     if (part < 1 || part > parts)
-      throw Error(fmt::format("--job '{}': give the part and how many there are, such as 2/8", *command.job));
+      throw Error("--job '{}': give the part and how many there are, such as 2/8", *command.job);
     command.options.part = part;
     command.options.parts = parts;
   }
-  if (command.merge + command.job.has_value() + command.slurm.has_value() > 1) {
+  if (command.merge + command.job.has_value() + command.slurm.has_value() > 1)
     throw Error("--job, --slurm and --merge: give one of them");
-  }
   const Sweep sweep =
       command.file.extension() == ".toml" ? read_sweep(command.file) : sweep_of({command.file}, false);
   if (command.slurm) return submit(command, std::min(*command.slurm, static_cast<int>(sweep.jobs.size())));

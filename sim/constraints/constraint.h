@@ -18,11 +18,14 @@
 
 namespace substep {
 
-/// One Jacobian row between bodies a and b, whose linear parts are opposite.
-struct Row {
+/// J of one row between bodies a and b.
+struct Jacobian {
   Vector3 linear;     ///< ₜJ of body a; that of b is −linear
   Vector3 angular_a;  ///< ᵣJ
   Vector3 angular_b;
+};
+
+struct Row : Jacobian {
   Vector3 response_a;  ///< ᵣM⁻¹ᵣJᵀ
   Vector3 response_b;
   double effective_mass;  ///< 1 / (J M⁻¹ Jᵀ + softness)
@@ -60,8 +63,8 @@ struct Block {
 /// Change of λ of a block, for up to three rows.
 using Impulse = std::array<double, 3>;
 
-/// Returns J_x v of one row.
-inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b) {
+/// Returns J_x v of one row, or J_x Δq.
+inline double row_velocity(const Jacobian& row, const Velocity& a, const Velocity& b) {
   return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
 }
 
@@ -75,21 +78,8 @@ struct Constraints {
   ContactBatches contacts;  ///< a sweep solves them last
 
   std::span<Row> rows_of(const Block& x) { return {rows.data() + x.first, x.rows}; }
-  std::span<const Row> rows_of(const Block& x) const { return {rows.data() + x.first, x.rows}; }
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
-
-/// Clamps a row's total impulse, and returns its change. `wanted`: the row's right-hand side less its
-/// velocity. The limits hold for the sum of all sub-steps so far, so that a later sub-step may take back an
-/// impulse of an earlier one.
-inline double clamped_change(Row& row, double wanted, double limit_scale) {
-  const double free = row.impulse + wanted * row.effective_mass;
-  const double total =
-      std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
-  const double change = total - row.impulse;
-  row.impulse = total;
-  return change;
-}
 
 /// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized,
 /// in J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: κ would make a spring softer. `limit_scale` is A5's 1/κ, by
@@ -105,7 +95,12 @@ inline Impulse solve(Constraints& c, const Block& x, const Stabilization& by, co
     const double wanted = x.stabilized ? by.tau * row.beta - by.kappa * velocity -
                                              row.softness * (by.kappa / limit_scale) * row.impulse
                                        : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
-    change[0] = clamped_change(row, wanted, limit_scale * c.limits_of);
+    // The limits hold for the sum of all sub-steps so far: a later one may take back an earlier impulse.
+    const double scale = limit_scale * c.limits_of;
+    const double before = row.impulse;
+    row.impulse = std::clamp(before + wanted * row.effective_mass, row.low * scale - row.earlier,
+                             row.high * scale - row.earlier);
+    change[0] = row.impulse - before;
     return change;
   }
   Vector3 wanted = Vector3::Zero();

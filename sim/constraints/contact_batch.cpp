@@ -51,17 +51,13 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
   };
   for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
     const PatchShape& shape = shapes[i];
-    add_patch({0, 0, true, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
+    add_patch({.a = shape.a, .b = shape.b, .colliders = std::minmax(shape.collider_a, shape.collider_b)}, i);
   }
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
     const Contact& contact = contacts[begin];
     const bool has_friction = contact.friction != 0;
-    Manifold manifold{.distance = 0,
-                      .contacts = 0,
-                      .has_friction = has_friction,
+    Manifold manifold{.has_friction = has_friction,
                       .source = static_cast<int>(begin),
-                      .corners = 0,
-                      .shape = 0,
                       .a = contact.a,
                       .b = contact.b,
                       .colliders = std::minmax(contact.collider_a, contact.collider_b)};
@@ -131,14 +127,21 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
                                const Manifold* first, int count) {
   const Manifold& longest = first[count - 1];
   ContactBatch x{};
-  x.contacts = longest.contacts;
+  x.contacts = longest.corners > 0 ? 0 : longest.contacts;
   x.has_friction = longest.has_friction;
   x.manifolds = count;
-  x.patch = -1;
+  x.patch = longest.corners > 0 ? counts_.patches++ : -1;
+  x.corners = longest.corners;
+  x.first_point = counts_.points;
+  x.first_coupling = counts_.couplings;
+  x.first_corner = counts_.corners;
+  counts_.points += x.contacts;
+  counts_.couplings += x.contacts * x.contacts;
+  counts_.corners += x.corners;
   for (int lane = 0; lane < lanes; ++lane) {
     const Manifold& manifold = first[lane < count ? lane : 0];
-    const int source = manifold.source;
-    x.source[lane] = source;
+    x.source[lane] = manifold.source;
+    x.shape[lane] = manifold.shape;
     x.count[lane] = manifold.contacts;
     x.a[lane] = manifold.a;
     x.b[lane] = manifold.b;
@@ -151,23 +154,9 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
     for (int i = 0; i < manifold.contacts && manifold.corners == 0; ++i) {
-      if (contacts[source + i].restitution != Contact::no_impact) x.has_impacts = true;
+      if (contacts[manifold.source + i].restitution != Contact::no_impact) x.has_impacts = true;
     }
   }
-  if (longest.corners > 0) {
-    x.patch = counts_.patches++;
-    x.corners = longest.corners;
-    x.first_corner = counts_.corners;
-    counts_.corners += x.corners;
-    for (int lane = 0; lane < lanes; ++lane) x.shape[lane] = first[lane < count ? lane : 0].shape;
-    x.contacts = 0;
-    batches.push_back(x);
-    return;
-  }
-  x.first_point = counts_.points;
-  x.first_coupling = counts_.couplings;
-  counts_.points += x.contacts;
-  counts_.couplings += x.contacts * x.contacts;
   batches.push_back(x);
 }
 

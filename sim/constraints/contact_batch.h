@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/math/four_wide.h"
 #include "sim/model/model.h"
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
@@ -229,12 +230,12 @@ class ContactBatches {
 
  private:
   struct Manifold {
-    int distance;  ///< of the nearer body from fixed ones; smaller ones come later
-    int contacts;
-    bool has_friction;
-    int source;   ///< its first contact; of a kept patch −1
-    int corners;  ///< of its patch; 0: it is solved by points
-    int shape;
+    int distance = 0;  ///< of the nearer body from fixed ones; smaller ones come later
+    int contacts = 0;
+    bool has_friction = true;
+    int source = -1;  ///< its first contact; of a kept patch −1
+    int corners = 0;  ///< of its patch; 0: it is solved by points
+    int shape = 0;    ///< of its patch
     int a;
     int b;
     std::pair<int, int> colliders;  ///< of its first contact, in ascending order: the order of the file
@@ -327,8 +328,7 @@ void warm_start(ContactBatches& contacts, double fraction, double scale, std::ve
 /// Calls `what` with each row of the first `count` points of a batch: the index of the point, 0 for the
 /// normal or 1 and 2 for the tangents, the direction, and the row.
 template <typename Batches, typename Function>
-[[gnu::always_inline]] inline void for_each_row(Batches& contacts, const ContactBatch& x, int count,
-                                                const Function& what) {
+SUBSTEP_KERNEL void for_each_row(Batches& contacts, const ContactBatch& x, int count, const Function& what) {
   for (int i = 0; i < count; ++i) {
     const int point = x.first_point + i;
     const ContactDirections& along = contacts.directions[point];

@@ -21,7 +21,7 @@ double reach_of(const Shape& shape) {
     return polytope->centre.norm() + polytope->bounding_radius;
   if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
     const Bounds& box = mesh->nodes[0].bounds;
-    return box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
+    return box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm();
   }
   const auto solid = as_revolved(shape, {});
   return solid ? solid->reach() : 0;
@@ -51,7 +51,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   motions_.resize(bodies);
   rotations_.resize(bodies);
   moved_.resize(bodies);
-  reserve(bodies, has_motion_, is_deflected_, is_pushed_, is_at_rest_, is_left_out_, earliest_);
+  reserve(bodies, is_deflected_, is_pushed_, is_at_rest_, is_left_out_, earliest_);
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
@@ -67,12 +67,6 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
   if (other.body == world_body) return !is_silent(j, one.body);
   const std::pair<int, int> bodies = std::minmax(one.body, other.body);
   return !std::ranges::binary_search(model_.jointed, bodies);
-}
-
-std::pair<std::uint32_t, std::uint32_t> ContactFinder::in_order(std::uint32_t i, std::uint32_t j) const {
-  // Take the static body as b, in which the normal is fixed, else the first in the file.
-  const bool swap = model_.masses[body_of(j)].inverse_mass == 0;
-  return swap ? std::pair(i, j) : std::pair(j, i);
 }
 
 const std::vector<Contact>& ContactFinder::find(const State& state, double duration, int substeps,
@@ -91,12 +85,16 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   neighbours_.clear();
   groups_.clear();
   kept_.clear();
-  has_motion_.assign(state.q.size(), false);
   is_at_rest_.assign(state.q.size(), false);
   list_remembered();
-  for (std::size_t i = 0; i < state.q.size(); ++i) rotations_[i] = state.q[i].angular.toRotationMatrix();
   double fastest = 0;
-  for (const Velocity& v : state.v) fastest = std::max(fastest, v.linear.norm());
+  for (std::size_t i = 0; i < state.q.size(); ++i) {
+    const Coordinates& q = state.q[i];
+    const Velocity& v = state.v[i];
+    rotations_[i] = q.angular.toRotationMatrix();
+    motions_[i] = {q.linear, q.angular, v.linear, fall_of(static_cast<int>(i)), whole_substep_, v.angular};
+    fastest = std::max(fastest, v.linear.norm());
+  }
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Collider& collider = *candidates_[i].collider;
     const Coordinates& q = state.q[collider.body];
@@ -106,15 +104,16 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
                               duration * fall_of(collider.body).norm());
     if (std::isfinite(candidates_[i].size)) margins_[i] += touching * candidates_[i].size;
     bounds_[i] = bounds(collider.shape, poses_[i]);
-    bounds_[i].lower.array() -= margins_[i];
-    bounds_[i].upper.array() += margins_[i];
+    bounds_[i].min().array() -= margins_[i];
+    bounds_[i].max().array() += margins_[i];
   }
   broad_phase_.find_pairs(bounds_, pairs_);
   for (const auto& [i, j] : pairs_) {
     if (!may_meet(i, j)) continue;
-    const auto [a, b] = in_order(i, j);
+    // Take the static body as b, in which the normal is fixed, else the first in the file.
+    const bool is_first_a = model_.masses[body_of(j)].inverse_mass == 0;
     const std::size_t before = groups_.size();
-    find_pair(a, b);
+    find_pair(is_first_a ? i : j, is_first_a ? j : i);
     if (groups_.size() > before) touching_.emplace_back(i, j);
   }
   keep_first_impacts();
@@ -146,20 +145,9 @@ void ContactFinder::add_neighbours() {
   std::ranges::sort(touching_);
 }
 
-/// Returns how a body moves under gravity alone.
-const RigidMotion& ContactFinder::motion_of(int body) {
-  if (!has_motion_[body]) {
-    const Coordinates& q = state_->q[body];
-    const Velocity& v = state_->v[body];
-    motions_[body] = {q.linear, q.angular, v.linear, fall_of(body), whole_substep_, v.angular};
-    has_motion_[body] = true;
-  }
-  return motions_[body];
-}
-
-MovingShape ContactFinder::moving(std::uint32_t i) {
+MovingShape ContactFinder::moving(std::uint32_t i, const std::vector<RigidMotion>& motions) const {
   const Collider& collider = *candidates_[i].collider;
-  return {&collider.shape, collider.placement, candidates_[i].reach, motion_of(collider.body)};
+  return {&collider.shape, collider.placement, candidates_[i].reach, motions[collider.body]};
 }
 
 /// Returns the cached patch of two colliders, or null.
@@ -241,13 +229,11 @@ void ContactFinder::list_remembered() {
 
 std::span<const ContactMemory> ContactFinder::remembered_of(std::uint32_t a, std::uint32_t b) const {
   const auto first = state_->contacts.begin();
+  const auto last = first + begins_[a + 1];
   const int other = static_cast<int>(b);
-  const auto begin = std::lower_bound(
-      first + begins_[a], first + begins_[a + 1], other,
-      [](const ContactMemory& memory, int collider) { return memory.collider_b < collider; });
-  auto end = begin;
-  while (end != first + begins_[a + 1] && end->collider_b == other) ++end;
-  return {begin, end};
+  const auto begin =
+      std::ranges::lower_bound(first + begins_[a], last, other, {}, &ContactMemory::collider_b);
+  return {begin, std::ranges::upper_bound(begin, last, other, {}, &ContactMemory::collider_b)};
 }
 
 /// Adds the contacts of two colliders that touch or meet.
@@ -267,14 +253,15 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall_) &&
                                  (before || !remembered_of(a, b).empty()))) {
     add_contacts(a, b, 0);
-    if (!(approach_ > 0) && !separates_) is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
+    } else {
+      is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     }
     return;
   }
-  const MovingShape moving_a = moving(a);
-  const MovingShape moving_b = moving(b);
+  const MovingShape moving_a = moving(a, motions_);
+  const MovingShape moving_b = moving(b, motions_);
   const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
   if (!impact && all_) return add_contacts(a, b, 0);
   if (!impact) {

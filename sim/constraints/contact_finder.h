@@ -69,9 +69,10 @@ class ContactFinder {
   std::vector<PatchShape>& kept_patches() { return kept_; }
 
   /// Returns the time in [0, duration] from which the contacts of the last find() are incomplete: other
-  /// bodies meet by the motion from `state` to `end` and would overlap by more than `tolerated_overlap`.
+  /// bodies meet by the motion from `begin` to `end` and would overlap by more than `tolerated_overlap`.
   /// Nothing where they are complete.
-  std::optional<double> missed(const State& state, const std::vector<Coordinates>& end, double duration);
+  std::optional<double> missed(const std::vector<Coordinates>& begin, const std::vector<Coordinates>& end,
+                               double duration);
 
   /// Returns whether a body touches another in the last contacts without an impact.
   bool is_at_rest(int body) const { return is_at_rest_[body]; }
@@ -127,13 +128,11 @@ class ContactFinder {
     Vector3 arm_a;  ///< of the first contact, or of the patch's centre
     Vector3 arm_b;
   };
-  std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
   int body_of(std::uint32_t i) const { return candidates_[i].collider->body; }
   double smaller_size(std::uint32_t a, std::uint32_t b) const {
     return std::min(candidates_[a].size, candidates_[b].size);
   }
-  const RigidMotion& motion_of(int body);
-  MovingShape moving(std::uint32_t i);
+  MovingShape moving(std::uint32_t i, const std::vector<RigidMotion>& motions) const;
   void find_pair(std::uint32_t a, std::uint32_t b);
   struct Pair;
   Pair pair_of(std::uint32_t a, std::uint32_t b, double time) const;
@@ -150,13 +149,8 @@ class ContactFinder {
   void drop_flush();
   void remove_dropped();
   bool is_flush(int collider, const Group& floor, const Group& other) const;
-  Vector3 face_towards(std::uint32_t collider, const Vector3& direction) const;
-  bool is_of_face(std::uint32_t collider, const Vector3& direction) const;
+  std::optional<Vector3> face_towards(std::uint32_t collider, const Vector3& direction, double cosine) const;
   double recovered(const Contact& contact) const;
-  Quaternion orientation_of(int body) const { return state_->q[body].angular; }
-  Vector3 point_of(int body, const Vector3& arm) const {
-    return state_->q[body].linear + state_->q[body].angular * arm;
-  }
   void set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b, Contact& contact) const;
   void list_remembered();
   std::span<const ContactMemory> remembered_of(std::uint32_t a, std::uint32_t b) const;
@@ -166,7 +160,7 @@ class ContactFinder {
 
   const Model& model_;
   std::vector<Candidate> candidates_;
-  const State* state_ = nullptr;  ///< of the last find() or missed()
+  const State* state_ = nullptr;  ///< of the last find()
   bool aligned_ = false;
   double duration_ = 0;
   double fall_ = 0;  ///< by gravity in the duration, twice, m
@@ -179,10 +173,9 @@ class ContactFinder {
   std::vector<double> margins_;
   std::vector<Matrix3> rotations_;    ///< by body
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
-  std::vector<bool> has_motion_;
-  std::vector<RigidMotion> moved_;  ///< by body, as they have moved
-  std::vector<bool> is_at_rest_;    ///< by body: it touches another without an impact
-  std::vector<bool> is_deflected_;  ///< by body: it has moved otherwise than under gravity alone
+  std::vector<RigidMotion> moved_;    ///< by body, as they have moved
+  std::vector<bool> is_at_rest_;      ///< by body: it touches another without an impact
+  std::vector<bool> is_deflected_;    ///< by body: it has moved otherwise than under gravity alone
   std::vector<bool> is_left_out_;  ///< by body: an impact comes before one of its contacts, which is left out
   BroadPhase broad_phase_;
   BroadPhase::Pairs pairs_;

@@ -2,7 +2,6 @@
 // solved by points are here, patches in patch_formulation.h.
 
 #include "sim/constraints/patch_formulation.h"
-#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {
@@ -14,8 +13,7 @@ struct Direction {
   LaneVectors in_a;
 };
 
-[[gnu::always_inline]] inline void set_direction(const BatchBodies& at, const LaneVectors& in_b,
-                                                 Direction& direction) {
+SUBSTEP_KERNEL void set_direction(const BatchBodies& at, const LaneVectors& in_b, Direction& direction) {
   // Copy component by component: gcc 12 copies the whole struct as bytes, which is slow.
   const LaneVectors in_world = turned(at.rotation_b, in_b);
   const LaneVectors in_a = turned_back(at.rotation_a, in_world);
@@ -27,8 +25,8 @@ struct Direction {
 }
 
 /// Sets the angular parts of a row's J. Returns the contact's distance along its direction.
-[[gnu::always_inline]] inline Lanes set_row(const BatchBodies& at, const PointArms& arms,
-                                            const Direction& along, ContactRow& row) {
+SUBSTEP_KERNEL Lanes set_row(const BatchBodies& at, const PointArms& arms, const Direction& along,
+                             ContactRow& row) {
   row.angular_a = cross(arms.a, along.in_a);
   row.angular_b = cross(along.in_b, arms.b);
   return dot(along.in_world, at.offset) + dot(along.in_a, arms.a) - dot(along.in_b, arms.b);
@@ -40,18 +38,18 @@ struct RowResponses {
   LaneVectors b;
 };
 
-[[gnu::always_inline]] inline RowResponses responses_of(const ContactBatch& x, const ContactRow& row) {
+SUBSTEP_KERNEL RowResponses responses_of(const ContactBatch& x, const ContactRow& row) {
   return {product(x.inverse_inertia_a, row.angular_a), product(x.inverse_inertia_b, row.angular_b)};
 }
 
 /// Returns an element of Γ: `linear` is the product of both directions.
-[[gnu::always_inline]] inline Lanes coupling(const BatchBodies& at, const Lanes& linear,
-                                             const ContactRow& one, const RowResponses& other) {
+SUBSTEP_KERNEL Lanes coupling(const BatchBodies& at, const Lanes& linear, const ContactRow& one,
+                              const RowResponses& other) {
   return linear * at.inverse_mass + dot(one.angular_a, other.a) + dot(one.angular_b, other.b);
 }
 
 /// Inverts Γ. Where Γ is singular to rounding, its trace replaces both diagonal elements.
-[[gnu::always_inline]] inline void invert(FrictionRows& rows) {
+SUBSTEP_KERNEL void invert(FrictionRows& rows) {
   const Lanes zero = all(0);
   const Lanes one = all(1);
   const Lanes trace = rows.gamma[0] + rows.gamma[2];
@@ -67,8 +65,8 @@ struct RowResponses {
 
 /// Returns the ellipsoid's farthest point against a normal, which points out of the other surface, all in one
 /// body's frame.
-[[gnu::always_inline]] inline LaneVectors lowest(const LaneMatrices& ellipsoid, const LaneVectors& centre,
-                                                 const LaneVectors& normal) {
+SUBSTEP_KERNEL LaneVectors lowest(const LaneMatrices& ellipsoid, const LaneVectors& centre,
+                                  const LaneVectors& normal) {
   const LaneVectors reach = turned(ellipsoid, normal);
   // A circle across the normal has no lowest point.
   const Lanes distance = root(larger(dot(normal, reach), all(1e-24)));
@@ -77,21 +75,20 @@ struct RowResponses {
 
 /// Turns the directions, which are in b's frame, back to where they turn with a or with neither body since
 /// the step's first formulation.
-[[gnu::always_inline]] inline void turn_back(const BatchBodies& at, const ContactBatch& x,
-                                             const FourContacts& contact, const Formulation& from,
-                                             ContactDirections& point) {
+SUBSTEP_KERNEL void turn_back(const BatchBodies& at, const ContactBatch& x, const Four<Contact>& contact,
+                              const Formulation& from, LaneVectors (&directions)[3]) {
   const auto with_a = gather(contact, &Contact::turns_with_a) > all(0);
   const auto with_neither = gather(contact, &Contact::turns_with_neither) > all(0);
   if (!any(with_a) && !any(with_neither)) return;
   const LaneMatrices first_a = gather(from.first_rotations, x.a);
   const LaneMatrices first_b = gather(from.first_rotations, x.b);
-  for (LaneVectors* direction : {&point.normal, &point.tangent[0], &point.tangent[1]}) {
-    const LaneVectors first = turned(first_b, *direction);
+  for (LaneVectors& direction : directions) {
+    const LaneVectors first = turned(first_b, direction);
     const LaneVectors turned_with_a =
         turned_back(at.rotation_b, turned(at.rotation_a, turned_back(first_a, first)));
     const LaneVectors fixed = turned_back(at.rotation_b, first);
     for (int k = 0; k < 3; ++k) {
-      Lanes& component = (*direction)[k];
+      Lanes& component = direction[k];
       component = choose(with_a, turned_with_a[k], choose(with_neither, fixed[k], component));
     }
   }
@@ -100,8 +97,7 @@ struct RowResponses {
 /// Moves the points of round bodies that have turned in the step (A3) to where the normal meets their
 /// surface. A point that is fixed in the body would roll away from the contact and push where nothing
 /// touches.
-[[gnu::always_inline]] inline void roll(const FourContacts& contact, const Direction& normal,
-                                        PointArms& arms) {
+SUBSTEP_KERNEL void roll(const Four<Contact>& contact, const Direction& normal, PointArms& arms) {
   const auto rolls_a = gather(contact, &Contact::rolls_a) > all(0);
   if (any(rolls_a)) {
     const LaneVectors arm =
@@ -116,28 +112,19 @@ struct RowResponses {
   }
 }
 
-/// The directions of a contact point.
-struct TurnedDirections {
-  Direction normal;
-  Direction tangent[2];
-};
-
-[[gnu::always_inline]] inline void set_directions(const BatchBodies& at, const ContactBatch& x,
-                                                  const FourContacts& contact, const Formulation& from,
-                                                  TurnedDirections& turned_directions,
-                                                  ContactDirections& directions) {
-  ContactDirections point{gather(contact, &Contact::normal_b),
-                          {gather(contact, &Contact::tangent_b1), gather(contact, &Contact::tangent_b2)}};
-  if (from.anew) turn_back(at, x, contact, from, point);
-  set_direction(at, point.normal, turned_directions.normal);
-  directions.normal = turned_directions.normal.in_world;
-  for (int k = 0; k < 2; ++k) {
-    set_direction(at, point.tangent[k], turned_directions.tangent[k]);
-    directions.tangent[k] = turned_directions.tangent[k].in_world;
-  }
+/// Sets the directions of a contact point: the normal, then the tangents.
+SUBSTEP_KERNEL void set_directions(const BatchBodies& at, const ContactBatch& x, const Four<Contact>& contact,
+                                   const Formulation& from, Direction (&directions)[3],
+                                   ContactDirections& in_world) {
+  LaneVectors in_b[3] = {gather(contact, &Contact::normal_b), gather(contact, &Contact::tangent_b1),
+                         gather(contact, &Contact::tangent_b2)};
+  if (from.anew) turn_back(at, x, contact, from, in_b);
+  for (int k = 0; k < 3; ++k) set_direction(at, in_b[k], directions[k]);
+  in_world.normal = directions[0].in_world;
+  for (int k = 0; k < 2; ++k) in_world.tangent[k] = directions[1 + k].in_world;
 }
 
-[[gnu::always_inline]] inline void start_restitution(const FourContacts& contact, RestitutionRow& row) {
+SUBSTEP_KERNEL void start_restitution(const Four<Contact>& contact, RestitutionRow& row) {
   row.impact = all(0);
   row.coefficient = gather(contact, &Contact::restitution);
   row.closes = gather(contact, &Contact::closes);
@@ -146,7 +133,7 @@ struct TurnedDirections {
 }
 
 /// Sets a point's friction from the contact cache, with no impulse.
-[[gnu::always_inline]] inline void start_friction(const FourContacts& contact, FrictionRows& rows) {
+SUBSTEP_KERNEL void start_friction(const Four<Contact>& contact, FrictionRows& rows) {
   rows.slid = gather(contact, &Contact::slid);
   rows.reference[0] = gather(contact, &Contact::displacement_1);
   rows.reference[1] = gather(contact, &Contact::displacement_2);
@@ -154,10 +141,10 @@ struct TurnedDirections {
   rows.origin_normal = rows.slides = all(0);
 }
 
-[[gnu::always_inline]] inline void formulate_friction(const ContactBatch& x, const BatchBodies& at,
-                                                      const FourContacts& contact, const PointArms& arms,
-                                                      const Direction (&tangent)[2], const Formulation& from,
-                                                      FrictionRows& rows) {
+SUBSTEP_KERNEL void formulate_friction(const ContactBatch& x, const BatchBodies& at,
+                                       const Four<Contact>& contact, const PointArms& arms,
+                                       const Direction* tangent, const Formulation& from,
+                                       FrictionRows& rows) {
   const auto is_released = keeps_sliding(rows) > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
   for (int k = 0; k < 2; ++k) {
@@ -177,9 +164,8 @@ struct TurnedDirections {
 }
 
 /// Moves friction's displacement from the point of the last formulation to the present point.
-[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const PointArms& arms,
-                                              const Direction (&tangent)[2], const PointArms& before,
-                                              FrictionRows& rows) {
+SUBSTEP_KERNEL void move_point(const BatchBodies& at, const PointArms& arms, const Direction* tangent,
+                               const PointArms& before, FrictionRows& rows) {
   const LaneVectors on_a = turned_back(at.rotation_b, turned(at.rotation_a, before.a - arms.a));
   const LaneVectors back = on_a - (before.b - arms.b);
   rows.reference[0] += dot(tangent[0].in_b, back);
@@ -187,8 +173,7 @@ struct TurnedDirections {
 }
 
 /// Sets Γ of a manifold's normals, each row divided by its diagonal element.
-[[gnu::always_inline]] inline void couple(const ContactBatch& x, const BatchBodies& at,
-                                          const PointRows& rows) {
+SUBSTEP_KERNEL void couple(const ContactBatch& x, const BatchBodies& at, const PointRows& rows) {
   const int count = x.contacts;
   for (int j = 0; j < count; ++j) {
     NormalRow& normal = rows.normals[j];
@@ -224,20 +209,22 @@ inline void leave_out(const ContactBatch& x, const PointRows& rows) {
 }
 
 /// s2 of a batch of points: directions, arms, β and Γ.
-[[gnu::always_inline]] inline void formulate_points(ContactBatches& contacts, const ContactBatch& x,
-                                                    const BatchBodies& at, const Formulation& from) {
+SUBSTEP_KERNEL void formulate_points(ContactBatches& contacts, const ContactBatch& x, const BatchBodies& at,
+                                     const Formulation& from) {
   const PointRows rows = contacts.points_of(x);
-  TurnedDirections turned_directions{};
+  Direction directions[3]{};
+  const Direction& normal_direction = directions[0];
+  const Direction* const tangents = directions + 1;
   for (int i = 0; i < x.contacts; ++i) {
-    const FourContacts contact = contacts_of(x, i, from.contacts);
-    set_directions(at, x, contact, from, turned_directions, rows.directions[i]);
+    const Four<Contact> contact = contacts_of(x, i, from.contacts);
+    set_directions(at, x, contact, from, directions, rows.directions[i]);
     PointArms arms{gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)};
-    if (from.anew) roll(contact, turned_directions.normal, arms);
+    if (from.anew) roll(contact, normal_direction, arms);
     NormalRow& normal = rows.normals[i];
     if (!from.anew) normal.row.impulse = normal.low = all(0);
     // A positive distance may close in the sub-step, and no more.
-    const Lanes gap = set_row(at, arms, turned_directions.normal, normal.row) +
-                      gather(contact, &Contact::left_over) + gather(contact, &Contact::gap_offset);
+    const Lanes gap = set_row(at, arms, normal_direction, normal.row) + gather(contact, &Contact::left_over) +
+                      gather(contact, &Contact::gap_offset);
     normal.row.beta = -gap / all(from.hs);
     if (rows.restitutions) {
       if (!from.anew) start_restitution(contact, rows.restitutions[i]);
@@ -245,12 +232,12 @@ inline void leave_out(const ContactBatch& x, const PointRows& rows) {
     }
     if (!x.has_friction) continue;
     if (from.anew) {
-      move_point(at, arms, turned_directions.tangent, rows.arms[i], rows.frictions[i]);
+      move_point(at, arms, tangents, rows.arms[i], rows.frictions[i]);
     } else {
       start_friction(contact, rows.frictions[i]);
     }
     rows.arms[i] = arms;
-    formulate_friction(x, at, contact, arms, turned_directions.tangent, from, rows.frictions[i]);
+    formulate_friction(x, at, contact, arms, tangents, from, rows.frictions[i]);
   }
   couple(x, at, rows);
   if (std::ranges::any_of(x.count, [&](int count) { return count < x.contacts; })) leave_out(x, rows);

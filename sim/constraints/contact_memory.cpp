@@ -38,12 +38,12 @@ void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates&
                     PatchShape& shape) {
   const bool at_edge = patch.slides[lane] > 0;
   shape.slid = at_edge && patch.slid[lane] > 0;
-  for (int k = 0; k < 3; ++k) shape.reference[k] = patch.reference[k][lane];
+  shape.reference = patch.reference.lane(lane);
   if (keeps && !at_edge) return;
   const RelativePose a_in_b(a, b);
   const Vector3 slip = slip_of(shape, a_in_b.position, a_in_b.rotation);
   const double fraction = !keeps || shape.slid ? 0 : kept_at_edge;
-  for (int k = 0; k < 3; ++k) shape.reference[k] = fraction * (slip[k] + shape.reference[k]) - slip[k];
+  shape.reference = fraction * (slip + shape.reference) - slip;
 }
 
 /// Sets PatchShape::force from the patch's impulses in the last sub-step.

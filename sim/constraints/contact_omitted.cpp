@@ -112,26 +112,17 @@ void ContactFinder::remove_dropped() {
   std::erase_if(kept_, [](const PatchShape& patch) { return patch.collider_a < 0; });
 }
 
-/// Returns the normal of a collider's face in a direction, to 0.05 rad, or the direction if there is no such
-/// face.
-Vector3 ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction) const {
+/// Returns the normal of a collider's face in a direction, to an angle with that cosine, or nothing.
+std::optional<Vector3> ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction,
+                                                   double cosine) const {
   const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
-  if (!polytope) return direction;
+  if (!polytope) return std::nullopt;
   const Quaternion& orientation = poses_[collider].orientation;
   const Vector3 local = orientation.conjugate() * direction;
   for (const Vector3& normal : polytope->face_normals) {
-    if (normal.dot(local) > cosine_of_tilt) return orientation * normal;
+    if (normal.dot(local) > cosine) return orientation * normal;
   }
-  return direction;
-}
-
-/// Returns whether a direction is the normal of a collider's face, or its opposite.
-bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction) const {
-  const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
-  if (!polytope) return false;
-  const Vector3 local = poses_[collider].orientation.conjugate() * direction;
-  return std::ranges::any_of(polytope->face_normals,
-                             [&](const Vector3& normal) { return std::abs(normal.dot(local)) > 1 - 1e-12; });
+  return std::nullopt;
 }
 
 /// Returns whether the shape that a collider touches in the contacts of `other` is below the plane of
@@ -142,21 +133,25 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const int below = other.colliders[is_a_of_other ? 1 : 0];
   // Take the normal of the floor's own face, since a body on it may tilt a little.
   const int under = floor.colliders[is_a ? 1 : 0];
-  const Vector3 up = face_towards(static_cast<std::uint32_t>(under), (is_a ? 1 : -1) * floor.normal);
+  const Vector3 floor_up = (is_a ? 1 : -1) * floor.normal;
+  const Vector3 up = face_towards(under, floor_up, cosine_of_tilt).value_or(floor_up);
   const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
   // Keep a face that the body stands on; only edges and sides can be inside the floor.
   constexpr int corners_of_face = 3;
+  const auto is_of_face = [&](int of, const Vector3& normal) {
+    return face_towards(of, normal, 1 - 1e-12) || face_towards(of, -normal, 1 - 1e-12);
+  };
   if (cosine > cosine_of_tilt &&
-      (other.points >= corners_of_face || is_of_face(static_cast<std::uint32_t>(below), other_up) ||
-       is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
+      (other.points >= corners_of_face || is_of_face(below, other_up) || is_of_face(collider, other_up))) {
     return false;
   }
   const Shape& shape = candidates_[below].collider->shape;
   const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
-  const auto point_on = [&](const Group& group, bool on_b) {
-    return point_of(body_of(group.colliders[on_b ? 1 : 0]), on_b ? group.arm_b : group.arm_a);
+  const auto point_on = [&](const Group& group, bool on_b) -> Vector3 {
+    const Coordinates& q = state_->q[body_of(group.colliders[on_b ? 1 : 0])];
+    return q.linear + q.angular * (on_b ? group.arm_b : group.arm_a);
   };
   const Vector3 on_floor = point_on(floor, is_a);
   const Vector3 on_other = point_on(other, is_a_of_other);
@@ -165,7 +160,7 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   // Keep the contacts beside a floor that is struck, which may yield.
   const auto speed_of = [&](int k, const Vector3& arm) -> Vector3 {
     const int body = body_of(floor.colliders[k]);
-    return state_->v[body].linear + state_->v[body].angular.cross(orientation_of(body) * arm);
+    return state_->v[body].linear + state_->v[body].angular.cross(state_->q[body].angular * arm);
   };
   const Vector3 closing = speed_of(1, floor.arm_b) - speed_of(0, floor.arm_a);
   const bool is_struck =
@@ -185,18 +180,17 @@ double ContactFinder::depth_after(const MovingShape& a, const MovingShape& b, do
   return depth;
 }
 
-std::optional<double> ContactFinder::missed(const State& state, const std::vector<Coordinates>& end,
-                                            double duration) {
-  state_ = &state;
+std::optional<double> ContactFinder::missed(const std::vector<Coordinates>& begin,
+                                            const std::vector<Coordinates>& end, double duration) {
   const double fall = 1.5 * duration * duration * model_.gravity.norm();
   is_deflected_.assign(end.size(), false);
   bool any_deflected = false;
   for (const Candidate& candidate : candidates_) {
     const int body = candidate.collider->body;
     if (!moves(model_.masses[body])) continue;
-    const RigidMotion& expected = motion_of(body);
-    const Vector3 way = end[body].linear - state.q[body].linear;
-    const Quaternion turned = end[body].angular * state.q[body].angular.conjugate();
+    const RigidMotion& expected = motions_[body];
+    const Vector3 way = end[body].linear - begin[body].linear;
+    const Quaternion turned = end[body].angular * begin[body].angular.conjugate();
     constexpr double small_sine = 0.05;
     const Vector3 turn = turned.vec().squaredNorm() < small_sine * small_sine ? Vector3(2 * turned.vec())
                                                                               : rotation_vector(turned);
@@ -207,16 +201,14 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
   }
   if (!any_deflected) return std::nullopt;
   for (std::size_t body = 0; body < end.size(); ++body) {
-    const Coordinates& q = state.q[body];
+    const Coordinates& q = begin[body];
     moved_[body] = {
         q.linear,        q.angular, (end[body].linear - q.linear) / duration,
         Vector3::Zero(), 0,         rotation_vector(end[body].angular * q.angular.conjugate()) / duration};
   }
-  const auto moved = [&](std::uint32_t i) -> MovingShape {
-    const Collider& collider = *candidates_[i].collider;
-    return {&collider.shape, collider.placement, candidates_[i].reach, moved_[collider.body]};
-  };
-  for (std::uint32_t i = 0; i < candidates_.size(); ++i) bounds_[i] = swept_bounds(moved(i), duration);
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
+    bounds_[i] = swept_bounds(moving(i, moved_), duration);
+  }
   broad_phase_.find_pairs(bounds_, pairs_);
   std::optional<double> first;
   for (const auto& pair : pairs_) {
@@ -224,8 +216,8 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     if (!is_deflected_[body_of(i)] && !is_deflected_[body_of(j)]) continue;
     if (!may_meet(i, j)) continue;
     const double size = smaller_size(i, j);
-    const MovingShape a = moved(i);
-    const MovingShape b = moved(j);
+    const MovingShape a = moving(i, moved_);
+    const MovingShape b = moving(j, moved_);
     if (std::ranges::binary_search(touching_, pair)) {
       // Find shapes that touch at one point and come down at another, which has no contact.
       constexpr double shortest = 1.0 / 16;

@@ -80,10 +80,8 @@ struct PatchPoints {
 
 /// Returns a shape with the means over its contacts, and axes by the first.
 PatchShape start_shape(const Contact* contacts, int count, const Coordinates& a, const Coordinates& b) {
-  PatchShape shape;
+  PatchShape shape{};
   shape.arm_a = shape.arm_b = Vector3::Zero();
-  shape.friction = shape.left_over = 0;
-  shape.slid = shape.is_kept = false;
   for (int i = 0; i < count; ++i) {
     shape.arm_a += contacts[i].arm_a / count;
     shape.arm_b += contacts[i].arm_b / count;

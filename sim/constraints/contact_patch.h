@@ -2,17 +2,9 @@
 /// Contact patches: the contacts of two flat faces as one block.
 ///
 /// A patch is a manifold whose points lie in one plane and share one normal. Its normals' impulses are one
-/// wrench at the points' centre: a force along the normal and torques about the tangents. Non-negative
-/// impulses at the corners of the points' hull are the same as a wrench inside a cone, with one plane for
-/// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal. It
-/// holds inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points
-/// from their centre. A patch that slid already when the step began slides corner by corner: the friction of
-/// each corner is opposite to its slip, and its fraction of N is that of a pressure that varies linearly over
-/// the patch and has the wrench's centre of pressure. A patch that begins to slide remains on the ellipsoid
-/// for the step.
-///
-/// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is such a
-/// block with a cone as its limits; it is solved exactly, without sweeps inside the block.
+/// wrench at the points' centre: a force along the normal and torques about the tangents. Its friction is one
+/// block of three: two tangents and the twist about the normal. README.md derives the cone of the normals and
+/// both laws of friction. A patch that begins to slide remains on the ellipsoid for the step.
 
 #include <optional>
 
@@ -31,12 +23,12 @@ struct RelativeMotion {
   LaneVectors angular;
 };
 
-[[gnu::always_inline]] inline LaneVectors along(const LaneVectors (&axes)[3], const LaneVectors& v) {
+SUBSTEP_KERNEL LaneVectors along(const LaneVectors (&axes)[3], const LaneVectors& v) {
   return {{dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)}};
 }
 
 /// Returns the vector that has these components along the axes.
-[[gnu::always_inline]] inline LaneVectors composed(const LaneVectors (&axes)[3], const LaneVectors& of) {
+SUBSTEP_KERNEL LaneVectors composed(const LaneVectors (&axes)[3], const LaneVectors& of) {
   LaneVectors result;
   for (int k = 0; k < 3; ++k) {
     result[k] = axes[0][k] * of[0] + axes[1][k] * of[1] + axes[2][k] * of[2];
@@ -45,14 +37,14 @@ struct RelativeMotion {
 }
 
 /// Returns the product of a symmetric matrix (11, 12, 13, 22, 23, 33) and a vector.
-[[gnu::always_inline]] inline LaneVectors symmetric_product(const Lanes (&m)[6], const LaneVectors& v) {
+SUBSTEP_KERNEL LaneVectors symmetric_product(const Lanes (&m)[6], const LaneVectors& v) {
   return {{m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
            m[2] * v[0] + m[4] * v[1] + m[5] * v[2]}};
 }
 
 /// Returns J v of all six rows.
-[[gnu::always_inline]] inline RelativeMotion relative_motion(const Patch& patch, const BodyVelocities& a,
-                                                             const BodyVelocities& b) {
+SUBSTEP_KERNEL RelativeMotion relative_motion(const Patch& patch, const BodyVelocities& a,
+                                              const BodyVelocities& b) {
   const LaneVectors linear = along(patch.in_world, a.linear - b.linear);
   const LaneVectors turn_a = along(patch.in_a, a.angular);
   const LaneVectors turn_b = along(patch.in_b, b.angular);
@@ -60,18 +52,18 @@ struct RelativeMotion {
 }
 
 /// Returns the components of a motion that normals act on.
-[[gnu::always_inline]] inline LaneVectors of_normals(const RelativeMotion& motion) {
+SUBSTEP_KERNEL LaneVectors of_normals(const RelativeMotion& motion) {
   return {{motion.linear[0], motion.angular[1], motion.angular[2]}};
 }
 
 /// Returns the components of a motion that friction acts on.
-[[gnu::always_inline]] inline LaneVectors of_friction(const RelativeMotion& motion) {
+SUBSTEP_KERNEL LaneVectors of_friction(const RelativeMotion& motion) {
   return {{motion.linear[1], motion.linear[2], motion.angular[0]}};
 }
 
 /// Applies v ← v + M⁻¹Jᵀ (normals, friction).
-[[gnu::always_inline]] inline void give(const ContactBatch& x, const Patch& patch, const LaneVectors& normals,
-                                        const LaneVectors& friction, BodyVelocities& a, BodyVelocities& b) {
+SUBSTEP_KERNEL void give(const ContactBatch& x, const Patch& patch, const LaneVectors& normals,
+                         const LaneVectors& friction, BodyVelocities& a, BodyVelocities& b) {
   const LaneVectors force{{normals[0], friction[0], friction[1]}};
   const LaneVectors torque{{friction[2], normals[1], normals[2]}};
   const LaneVectors push = composed(patch.in_world, force);

@@ -15,13 +15,6 @@ Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double roundi
   return slip.norm() > rounding ? Vector3(slip.normalized()) : perpendicular(normal);
 }
 
-/// Copies the directions of a face's point to another point of that face.
-void share_directions(const Contact& from, Contact& to) {
-  to.normal_b = from.normal_b;
-  to.tangent_b1 = from.tangent_b1;
-  to.tangent_b2 = from.tangent_b2;
-}
-
 /// Combines a coefficient of two materials.
 double combine(Combine how, double a, double b) {
   switch (how) {
@@ -146,7 +139,10 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     contact.arm_a = pair.to_a * arm_a;
     contact.arm_b = pair.to_b * arm_b;
     if (!aligned_ && i > 0 && points_[i - 1].normal == point.normal) {
-      share_directions(*std::prev(contacts_.end(), 2), contact);
+      const Contact& before = *std::prev(contacts_.end(), 2);
+      contact.normal_b = before.normal_b;
+      contact.tangent_b1 = before.tangent_b1;
+      contact.tangent_b2 = before.tangent_b2;
     } else {
       const Vector3 along =
           aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)

@@ -2,7 +2,6 @@
 // block, then the friction of each point. Patches are in patch_solve.h.
 
 #include "sim/constraints/patch_solve.h"
-#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {
@@ -11,9 +10,8 @@ namespace {
 constexpr int normal_sweeps = 8;
 
 /// Applies v ← v + M⁻¹J_xᵀ impulse.
-[[gnu::always_inline]] inline void apply(const KernelData& at, const LaneVectors& direction,
-                                         const ContactRow& row, const Lanes& impulse, BodyVelocities& a,
-                                         BodyVelocities& b) {
+SUBSTEP_KERNEL void apply(const KernelData& at, const LaneVectors& direction, const ContactRow& row,
+                          const Lanes& impulse, BodyVelocities& a, BodyVelocities& b) {
   const ContactBatch& x = at.x;
   const Lanes impulse_a = x.inverse_mass_a * impulse;
   const Lanes impulse_b = x.inverse_mass_b * impulse;
@@ -31,8 +29,8 @@ constexpr int normal_sweeps = 8;
 /// impact is solved at once in its sub-step: κ < 1 would leave a fraction of the impact to later sub-steps,
 /// of which the step may have none.
 template <KernelKind kind>
-[[gnu::always_inline]] inline Lanes missing(const KernelData& at, int i, int k, const ContactRow& row,
-                                            const Lanes& velocity) {
+SUBSTEP_KERNEL Lanes missing(const KernelData& at, int i, int k, const ContactRow& row,
+                             const Lanes& velocity) {
   const Lanes missing = times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.rows.restitutions) return missing;
   const RestitutionRow& restitution = at.rows.restitutions[i];
@@ -46,8 +44,8 @@ template <KernelKind kind>
 /// A sweep waits for one impulse after the other. Each row therefore subtracts the impulse just before it
 /// last, so that only a product, a difference and a comparison wait for it.
 template <int known>
-[[gnu::always_inline]] inline void solve_block(const KernelData& at, int count, const Lanes* wanted,
-                                               const Lanes* least, Lanes* change) {
+SUBSTEP_KERNEL void solve_block(const KernelData& at, int count, const Lanes* wanted, const Lanes* least,
+                                Lanes* change) {
   if constexpr (known) count = known;
   for (int i = 0; i < count; ++i) {
     Lanes one = wanted[i];
@@ -67,14 +65,13 @@ template <int known>
 
 /// Changes the i-th normal's impulse within the limit. Returns the change times the scale.
 template <KernelKind kind>
-[[gnu::always_inline]] inline Lanes take(const KernelData& at, int i, int count, const Lanes& change,
-                                         Lanes& most) {
+SUBSTEP_KERNEL Lanes take(const KernelData& at, int i, int count, const Lanes& change, Lanes& most) {
   NormalRow& normal = at.rows.normals[i];
   const Lanes before = normal.row.impulse;
   const Lanes total = larger(before + times<kind>(at.how.omega, change), normal.low);
   const Lanes given = total - before;
   normal.row.impulse = total;
-  if (kind.reports_changes) {
+  if (kind == KernelKind::general) {
     most = larger(most, magnitude(given) * at.rows.couplings[i * count + i].value);
   }
   return all(at.how.scale) * given;
@@ -82,8 +79,8 @@ template <KernelKind kind>
 
 /// Solves the block of normals from the velocities, and applies its impulses to them.
 template <KernelKind kind, int known>
-[[gnu::always_inline]] inline void solve_normal_block(const KernelData& at, BodyVelocities& a,
-                                                      BodyVelocities& b, Lanes& most) {
+SUBSTEP_KERNEL void solve_normal_block(const KernelData& at, BodyVelocities& a, BodyVelocities& b,
+                                       Lanes& most) {
   const int count = known ? known : at.x.contacts;
   constexpr int room = known ? known : most_in_manifold;
   Lanes wanted[room];  // changes of the impulses: of each alone, the least allowed, and the solution
@@ -103,8 +100,7 @@ template <KernelKind kind, int known>
 }
 
 template <KernelKind kind>
-[[gnu::always_inline]] inline void solve_normals(const KernelData& at, BodyVelocities& a, BodyVelocities& b,
-                                                 Lanes& most) {
+SUBSTEP_KERNEL void solve_normals(const KernelData& at, BodyVelocities& a, BodyVelocities& b, Lanes& most) {
   switch (at.x.contacts) {
     case 1:
       return solve_normal_block<kind, 1>(at, a, b, most);
@@ -124,7 +120,7 @@ struct Tangential {
 };
 
 /// Returns Γ⁻¹ of a point's two rows times `right`.
-[[gnu::always_inline]] inline Tangential solve_two(const FrictionRows& rows, const Tangential& right) {
+SUBSTEP_KERNEL Tangential solve_two(const FrictionRows& rows, const Tangential& right) {
   return {(rows.gamma[2] * right.first - rows.gamma[1] * right.second) * rows.inverse_determinant,
           (rows.gamma[0] * right.second - rows.gamma[1] * right.first) * rows.inverse_determinant};
 }
@@ -132,8 +128,8 @@ struct Tangential {
 /// Returns the friction of a point that slides, by Coulomb's law: the projection of `before` + `missing`/γ on
 /// the disc's edge, with γ the larger eigenvalue of Γ. At its fixed point the slip is opposite to the
 /// impulse, so that friction is the same in all directions.
-[[gnu::always_inline]] inline Tangential slide(const FrictionRows& rows, const Lanes& limit,
-                                               const Tangential& before, const Tangential& missing) {
+SUBSTEP_KERNEL Tangential slide(const FrictionRows& rows, const Lanes& limit, const Tangential& before,
+                                const Tangential& missing) {
   const Lanes zero = all(0);
   const Tangential target{before.first + missing.first * rows.inverse_largest,
                           before.second + missing.second * rows.inverse_largest};
@@ -145,8 +141,8 @@ struct Tangential {
 /// Solves the i-th point's friction, two rows as one block within the disc of its normal's impulse. Returns
 /// the change of its impulses times the scale.
 template <KernelKind kind>
-[[gnu::always_inline]] inline Tangential solve_disc(const KernelData& at, int i, const Tangential& missing,
-                                                    Lanes& most, Lanes& any_slides) {
+SUBSTEP_KERNEL Tangential solve_disc(const KernelData& at, int i, const Tangential& missing, Lanes& most,
+                                     Lanes& any_slides) {
   const Lanes zero = all(0);
   FrictionRows& rows = at.rows.frictions[i];
   const Lanes normal = at.rows.normals[i].row.impulse;
@@ -168,7 +164,7 @@ template <KernelKind kind>
   any_slides += keeps_sliding(rows);
   rows.row[0].impulse += change.first;
   rows.row[1].impulse += change.second;
-  if (kind.reports_changes) {
+  if (kind == KernelKind::general) {
     most = larger(most, magnitude(change.first) * rows.gamma[0]);
     most = larger(most, magnitude(change.second) * rows.gamma[2]);
   }
@@ -177,8 +173,8 @@ template <KernelKind kind>
 
 /// Solves the i-th point's friction from the velocities, and applies its impulses to them.
 template <KernelKind kind>
-[[gnu::always_inline]] inline void solve_friction(const KernelData& at, int i, BodyVelocities& a,
-                                                  BodyVelocities& b, Lanes& most, Lanes& any_slides) {
+SUBSTEP_KERNEL void solve_friction(const KernelData& at, int i, BodyVelocities& a, BodyVelocities& b,
+                                   Lanes& most, Lanes& any_slides) {
   FrictionRows& rows = at.rows.frictions[i];
   const ContactDirections& along = at.rows.directions[i];
   const auto lacks = [&](int k) __attribute__((always_inline)) {
@@ -191,8 +187,7 @@ template <KernelKind kind>
 
 /// Solves a batch by points. Returns whether any point continues to slide.
 template <KernelKind kind>
-[[gnu::always_inline]] inline bool solve_points(const KernelData& at, std::vector<Velocity>& v,
-                                                double* moved) {
+SUBSTEP_KERNEL bool solve_points(const KernelData& at, std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
   Lanes any_slides = all(0);
   BodyVelocities a = gather(v, at.x.a);
@@ -208,8 +203,8 @@ template <KernelKind kind>
 
 /// Solves a batch. For four corners, which boxes have, the kernel knows their number when it is compiled.
 template <KernelKind kind>
-[[gnu::always_inline]] inline bool solve_batch(ContactBatches& contacts, const KernelData& at,
-                                               std::vector<Velocity>& v, double* moved) {
+SUBSTEP_KERNEL bool solve_batch(ContactBatches& contacts, const KernelData& at, std::vector<Velocity>& v,
+                                double* moved) {
   if (at.x.patch < 0) return solve_points<kind>(at, v, moved);
   Patch& patch = contacts.patches[at.x.patch];
   PatchCorner* const corners = contacts.patch_corners.data() + at.x.first_corner;
@@ -217,21 +212,16 @@ template <KernelKind kind>
   return solve_patch<kind, 0>(at, corners, patch, v, moved);
 }
 
-[[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const KernelData& at,
-                                             std::vector<Velocity>& v, double* moved) {
-  const RowSolve& how = at.how;
-  const bool is_unscaled = how.kappa == 1 && how.tau == 1 && how.omega == 1;
-  if (moved || !is_unscaled) return solve_batch<general>(contacts, at, v, moved);
-  return solve_batch<unscaled>(contacts, at, v, nullptr);
-}
-
 }  // namespace
 
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved) {
   const KernelData at{x, how, contacts.points_of(x)};
-  const bool slides =
-      run_wide([&]() __attribute__((always_inline)) { return solve_any(contacts, at, v, moved); });
+  const bool is_general = moved || how.kappa != 1 || how.tau != 1 || how.omega != 1;
+  const bool slides = run_wide([&]() __attribute__((always_inline)) {
+    return is_general ? solve_batch<KernelKind::general>(contacts, at, v, moved)
+                      : solve_batch<KernelKind::unscaled>(contacts, at, v, nullptr);
+  });
   contacts.slides[&x - contacts.batches.data()] = slides ? 1 : 0;
 }
 

@@ -4,81 +4,14 @@
 
 #include "sim/constraints/contact_patch.h"
 #include "sim/constraints/lanes.h"
-#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {
 
-/// Adds `factor` · J̆ change to the biases of all rows.
-[[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double factor,
-                                                       const std::vector<Velocity>& change) {
-  for (const ContactBatch& x : contacts.batches) {
-    const BodyVelocities a = gather(change, x.a);
-    const BodyVelocities b = gather(change, x.b);
-    if (x.patch < 0) {
-      for_each_row(
-          contacts, x, x.contacts,
-          [&](int, int, const LaneVectors& direction, ContactRow& row) __attribute__((always_inline)) {
-            row.beta += all(factor) * row_velocity(direction, row, a, b);
-          });
-      continue;
-    }
-    Patch& patch = contacts.patches[x.patch];
-    const RelativeMotion motion = relative_motion(patch, a, b);
-    const LaneVectors along_normals = of_normals(motion);
-    const LaneVectors slip = of_friction(motion);
-    for (int k = 0; k < 3; ++k) {
-      patch.normal_beta[k] += all(factor) * along_normals[k];
-      patch.beta[k] += all(factor) * slip[k];
-    }
-  }
-}
-
-/// Resets the bias of friction that slides to J̆ sv, or to 0 without a sum of velocities. Its displacement
-/// counts from `offset`.
-[[gnu::always_inline]] inline void release_sliding_lanes(ContactBatches& contacts, double hs,
-                                                         const std::vector<Velocity>* sum_v,
-                                                         const std::vector<Velocity>& offset) {
-  for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
-    if (contacts.slides[batch] == 0) continue;
-    const ContactBatch& x = contacts.batches[batch];
-    const BodyVelocities a = gather(sum_v ? *sum_v : offset, x.a);
-    const BodyVelocities b = gather(sum_v ? *sum_v : offset, x.b);
-    const Lanes has_sum = all(sum_v ? 1 : 0);
-    const BodyVelocities offset_a = gather(offset, x.a);
-    const BodyVelocities offset_b = gather(offset, x.b);
-    if (x.patch >= 0) {
-      Patch& patch = contacts.patches[x.patch];
-      const auto is_released = keeps_sliding(patch) > all(0);
-      const LaneVectors given = of_friction(relative_motion(patch, a, b));
-      const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
-      for (int k = 0; k < 3; ++k) {
-        patch.reference[k] = choose(is_released, -(all(hs) * displacement[k]), patch.reference[k]);
-        patch.beta[k] = choose(is_released, has_sum * given[k], patch.beta[k]);
-      }
-      continue;
-    }
-    const PointRows rows = contacts.points_of(x);
-    for (int i = 0; i < x.contacts; ++i) {
-      FrictionRows& friction = rows.frictions[i];
-      const auto is_released = keeps_sliding(friction) > all(0);
-      if (!any(is_released)) continue;
-      for (int k = 0; k < 2; ++k) {
-        const LaneVectors& tangent = rows.directions[i].tangent[k];
-        ContactRow& row = friction.row[k];
-        const Lanes displacement = all(hs) * row_velocity(tangent, row, offset_a, offset_b);
-        friction.reference[k] = choose(is_released, -displacement, friction.reference[k]);
-        row.beta = choose(is_released, has_sum * row_velocity(tangent, row, a, b), row.beta);
-      }
-    }
-  }
-}
-
 /// Returns the speed after an impact that has e² of the energy before it, in the discrete motion: with x the
 /// gap, u the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v'
 /// keep ½u² + ½ g hs u + g x in flight. With e = 1 the ball returns to the height from which it fell.
-[[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap,
-                                            const Lanes& approach, double hs) {
+SUBSTEP_KERNEL Lanes rebound(const RestitutionRow& row, const Lanes& gap, const Lanes& approach, double hs) {
   const Lanes squared = row.coefficient * row.coefficient;
   const Lanes gain = row.acceleration * all(hs);
   const Lanes before = squared * (approach * approach + gain * approach);
@@ -90,21 +23,21 @@ namespace {
 /// Returns a mask of the contacts that had an impact in the sub-step before. The impulse of an impact
 /// remains, but its velocity is no longer required: in Newton's cradle other contacts pass it on, and to
 /// restore it would add energy.
-[[gnu::always_inline]] inline auto had_impact(const RestitutionRow& row) {
+SUBSTEP_KERNEL auto had_impact(const RestitutionRow& row) {
   return row.impact * (row.coefficient + all(1) - row.closes) > all(0);
 }
 
 /// Moves the origin of a point's friction to its impulses where the mask is set, so that the friction can
 /// turn with the slip.
 template <typename Mask>
-[[gnu::always_inline]] inline void move_origin(const Mask& mask, const Lanes& normal, FrictionRows& rows) {
+SUBSTEP_KERNEL void move_origin(const Mask& mask, const Lanes& normal, FrictionRows& rows) {
   for (int k = 0; k < 2; ++k) rows.origin[k] = choose(mask, rows.row[k].impulse, rows.origin[k]);
   rows.origin_normal = choose(mask, normal, rows.origin_normal);
 }
 
 /// Sets whether a contact has an impact in the sub-step that starts, and the normal velocity after it.
-[[gnu::always_inline]] inline void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
-                                                const Lanes& approach, double hs) {
+SUBSTEP_KERNEL void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
+                                 const Lanes& approach, double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
   normal.low = choose(had_impact(row), normal.row.impulse, normal.low);
@@ -119,10 +52,9 @@ template <typename Mask>
 }
 
 /// Starts the impacts of a batch.
-[[gnu::always_inline]] inline void start_impacts(ContactBatches& contacts, const ContactBatch& x, double hs,
-                                                 const std::vector<Velocity>& v,
-                                                 const std::vector<Velocity>& offset,
-                                                 const std::vector<Velocity>* sum_v) {
+SUBSTEP_KERNEL void start_impacts(ContactBatches& contacts, const ContactBatch& x, double hs,
+                                  const std::vector<Velocity>& v, const std::vector<Velocity>& offset,
+                                  const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   const PointRows rows = contacts.points_of(x);
   const BodyVelocities a = gather(v, x.a);
@@ -151,7 +83,7 @@ template <typename Mask>
 }
 
 /// Moves the origin of a sliding patch's friction to its impulses.
-[[gnu::always_inline]] inline void move_origin(Patch& patch, std::span<PatchCorner> corners) {
+SUBSTEP_KERNEL void move_origin(Patch& patch, std::span<PatchCorner> corners) {
   const auto is_released = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(is_released, patch.impulse[k], patch.origin[k]);
   patch.origin_normal = choose(is_released, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
@@ -160,34 +92,29 @@ template <typename Mask>
   }
 }
 
-[[gnu::always_inline]] inline void start_substep_lanes(ContactBatches& contacts, double hs,
-                                                       const std::vector<Velocity>& v,
-                                                       const std::vector<Velocity>& offset,
-                                                       const std::vector<Velocity>* sum_v) {
-  contacts.has_impact = contacts.bounces = false;
-  for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
-    const ContactBatch& x = contacts.batches[batch];
-    const bool slides = contacts.slides[batch] != 0;
-    if (x.patch >= 0) {
-      if (!slides) continue;
-      move_origin(contacts.patches[x.patch],
-                  std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
-      continue;
-    }
-    const PointRows rows = contacts.points_of(x);
-    for (int i = 0; i < x.contacts && slides; ++i) {
-      FrictionRows& friction = rows.frictions[i];
-      move_origin(keeps_sliding(friction) > all(0), rows.normals[i].row.impulse, friction);
-    }
-    if (x.has_impacts) start_impacts(contacts, x, hs, v, offset, sum_v);
-  }
-}
-
 }  // namespace
 
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
-  run_wide([&]() __attribute__((always_inline)) { start_substep_lanes(contacts, hs, v, offset, sum_v); });
+  run_wide([&]() __attribute__((always_inline)) {
+    contacts.has_impact = contacts.bounces = false;
+    for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
+      const ContactBatch& x = contacts.batches[batch];
+      const bool slides = contacts.slides[batch] != 0;
+      if (x.patch >= 0) {
+        if (!slides) continue;
+        move_origin(contacts.patches[x.patch],
+                    std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
+        continue;
+      }
+      const PointRows rows = contacts.points_of(x);
+      for (int i = 0; i < x.contacts && slides; ++i) {
+        FrictionRows& friction = rows.frictions[i];
+        move_origin(keeps_sliding(friction) > all(0), rows.normals[i].row.impulse, friction);
+      }
+      if (x.has_impacts) start_impacts(contacts, x, hs, v, offset, sum_v);
+    }
+  });
 }
 
 void box_biases(ContactBatches& contacts, const Stabilization& by) {
@@ -203,12 +130,67 @@ void box_biases(ContactBatches& contacts, const Stabilization& by) {
 }
 
 void add_to_biases(ContactBatches& contacts, double factor, const std::vector<Velocity>& change) {
-  run_wide([&]() __attribute__((always_inline)) { add_to_biases_lanes(contacts, factor, change); });
+  run_wide([&]() __attribute__((always_inline)) {
+    for (const ContactBatch& x : contacts.batches) {
+      const BodyVelocities a = gather(change, x.a);
+      const BodyVelocities b = gather(change, x.b);
+      if (x.patch < 0) {
+        for_each_row(
+            contacts, x, x.contacts,
+            [&](int, int, const LaneVectors& direction, ContactRow& row) __attribute__((always_inline)) {
+              row.beta += all(factor) * row_velocity(direction, row, a, b);
+            });
+        continue;
+      }
+      Patch& patch = contacts.patches[x.patch];
+      const RelativeMotion motion = relative_motion(patch, a, b);
+      const LaneVectors along_normals = of_normals(motion);
+      const LaneVectors slip = of_friction(motion);
+      for (int k = 0; k < 3; ++k) {
+        patch.normal_beta[k] += all(factor) * along_normals[k];
+        patch.beta[k] += all(factor) * slip[k];
+      }
+    }
+  });
 }
 
 void release_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                      const std::vector<Velocity>& offset) {
-  run_wide([&]() __attribute__((always_inline)) { release_sliding_lanes(contacts, hs, sum_v, offset); });
+  run_wide([&]() __attribute__((always_inline)) {
+    for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
+      if (contacts.slides[batch] == 0) continue;
+      const ContactBatch& x = contacts.batches[batch];
+      const BodyVelocities a = gather(sum_v ? *sum_v : offset, x.a);
+      const BodyVelocities b = gather(sum_v ? *sum_v : offset, x.b);
+      const Lanes has_sum = all(sum_v ? 1 : 0);
+      const BodyVelocities offset_a = gather(offset, x.a);
+      const BodyVelocities offset_b = gather(offset, x.b);
+      if (x.patch >= 0) {
+        Patch& patch = contacts.patches[x.patch];
+        const auto is_released = keeps_sliding(patch) > all(0);
+        const LaneVectors given = of_friction(relative_motion(patch, a, b));
+        const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
+        for (int k = 0; k < 3; ++k) {
+          patch.reference[k] = choose(is_released, -(all(hs) * displacement[k]), patch.reference[k]);
+          patch.beta[k] = choose(is_released, has_sum * given[k], patch.beta[k]);
+        }
+        continue;
+      }
+      const PointRows rows = contacts.points_of(x);
+      for (int i = 0; i < x.contacts; ++i) {
+        FrictionRows& friction = rows.frictions[i];
+        const auto is_released = keeps_sliding(friction) > all(0);
+        if (!any(is_released)) continue;
+        for (int k = 0; k < 2; ++k) {
+          const LaneVectors& tangent = rows.directions[i].tangent[k];
+          ContactRow& row = friction.row[k];
+          const Lanes displacement = all(hs) * row_velocity(tangent, row, offset_a, offset_b);
+          friction.reference[k] = choose(is_released, -displacement, friction.reference[k]);
+          row.beta = choose(is_released, has_sum * row_velocity(tangent, row, a, b), row.beta);
+        }
+      }
+    }
+  });
 }
 
 }  // namespace substep

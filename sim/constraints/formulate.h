@@ -31,10 +31,12 @@ struct WarmStart {
   double contact_scale = 1;
 };
 
+inline const std::vector<Contact> no_contacts;
+
 /// Data of one scene that is stepped, and its rows.
 struct Problem {
   const Model* model = nullptr;
-  const std::vector<Contact>* contacts = nullptr;
+  const std::vector<Contact>* contacts = &no_contacts;
   std::vector<PatchShape>* kept_patches = nullptr;  ///< patches of the last step that still hold; or null
   Constraints c;
   Substeps substeps;

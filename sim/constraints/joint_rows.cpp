@@ -36,7 +36,7 @@ void set_rigid(double beta, const Vector3& linear, Row& row) {
 /// Sets the inverse of Γ of a block's rows.
 void invert_gamma(Constraints& c, const Block& x) {
   Matrix3 gamma = Matrix3::Identity();
-  const std::span<const Row> rows = c.rows_of(x);
+  const std::span<Row> rows = c.rows_of(x);
   for (int i = 0; i < x.rows; ++i) {
     const Row& r = rows[i];
     for (int j = 0; j <= i; ++j) {

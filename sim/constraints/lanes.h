@@ -7,87 +7,87 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <vector>
 
 #include "sim/constraints/contact_batch.h"
 
 namespace substep {
 
-[[gnu::always_inline]] inline Lanes all(double value) {
+SUBSTEP_KERNEL Lanes all(double value) {
   return Lanes{value, value, value, value};
 }
 
 /// Returns `yes` in lanes where `mask` is all ones, else `no`. Does no arithmetic, so a NaN stays in its
 /// lane.
 template <typename Mask>
-[[gnu::always_inline]] inline Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
+SUBSTEP_KERNEL Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
   return mask ? yes : no;
 }
 
 template <typename Mask>
-[[gnu::always_inline]] inline LaneVectors choose(const Mask& mask, const LaneVectors& yes,
-                                                 const LaneVectors& no) {
+SUBSTEP_KERNEL LaneVectors choose(const Mask& mask, const LaneVectors& yes, const LaneVectors& no) {
   return {{choose(mask, yes[0], no[0]), choose(mask, yes[1], no[1]), choose(mask, yes[2], no[2])}};
 }
 
 /// Returns true if a comparison holds in any lane.
 template <typename Mask>
-[[gnu::always_inline]] inline bool any(const Mask& mask) {
+SUBSTEP_KERNEL bool any(const Mask& mask) {
   using Two = double __attribute__((vector_size(16)));
   const auto either = __builtin_shufflevector(mask, mask, 0, 1) | __builtin_shufflevector(mask, mask, 2, 3);
   return __builtin_ia32_movmskpd(reinterpret_cast<Two>(either)) != 0;
 }
 
-[[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) {
+SUBSTEP_KERNEL Lanes larger(const Lanes& a, const Lanes& b) {
   return choose(a < b, b, a);
 }
 
-[[gnu::always_inline]] inline Lanes magnitude(const Lanes& x) {
+SUBSTEP_KERNEL Lanes magnitude(const Lanes& x) {
   return choose(x < all(0), -x, x);
 }
 
 /// Returns 1/x where x is positive, else 0.
-[[gnu::always_inline]] inline Lanes inverse_or_zero(const Lanes& x) {
+SUBSTEP_KERNEL Lanes inverse_or_zero(const Lanes& x) {
   return choose(x > all(0), all(1) / x, all(0));
 }
 
-[[gnu::always_inline]] inline Lanes root(const Lanes& x) {
+SUBSTEP_KERNEL Lanes root(const Lanes& x) {
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 }
 
 /// Returns the larger eigenvalue of the symmetric 2×2 matrix (xx, xy; xy, yy).
-[[gnu::always_inline]] inline Lanes larger_eigenvalue(const Lanes& xx, const Lanes& xy, const Lanes& yy) {
+SUBSTEP_KERNEL Lanes larger_eigenvalue(const Lanes& xx, const Lanes& xy, const Lanes& yy) {
   const Lanes half_difference = all(0.5) * (xx - yy);
   return all(0.5) * (xx + yy) + root(half_difference * half_difference + xy * xy);
 }
 
-[[gnu::always_inline]] inline Lanes dot(const LaneVectors& a, const LaneVectors& b) {
+SUBSTEP_KERNEL Lanes dot(const LaneVectors& a, const LaneVectors& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-[[gnu::always_inline]] inline LaneVectors cross(const LaneVectors& a, const LaneVectors& b) {
+SUBSTEP_KERNEL LaneVectors cross(const LaneVectors& a, const LaneVectors& b) {
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-[[gnu::always_inline]] inline LaneVectors operator+(const LaneVectors& a, const LaneVectors& b) {
+SUBSTEP_KERNEL LaneVectors operator+(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
 }
 
-[[gnu::always_inline]] inline LaneVectors operator-(const LaneVectors& a, const LaneVectors& b) {
+SUBSTEP_KERNEL LaneVectors operator-(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
 }
 
-[[gnu::always_inline]] inline LaneVectors operator*(const Lanes& factor, const LaneVectors& v) {
+SUBSTEP_KERNEL LaneVectors operator*(const Lanes& factor, const LaneVectors& v) {
   return {{factor * v[0], factor * v[1], factor * v[2]}};
 }
 
 /// Returns the component-wise product.
-[[gnu::always_inline]] inline LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
+SUBSTEP_KERNEL LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}};
 }
 
-[[gnu::always_inline]] inline LaneVectors gather(const Vector3& v0, const Vector3& v1, const Vector3& v2,
-                                                 const Vector3& v3) {
+SUBSTEP_KERNEL LaneVectors gather(const Vector3& v0, const Vector3& v1, const Vector3& v2,
+                                  const Vector3& v3) {
   return {{Lanes{v0.x(), v1.x(), v2.x(), v3.x()}, Lanes{v0.y(), v1.y(), v2.y(), v3.y()},
            Lanes{v0.z(), v1.z(), v2.z(), v3.z()}}};
 }
@@ -103,8 +103,7 @@ struct BodyVelocities {
 using TwoDoubles = double __attribute__((vector_size(16)));
 constexpr int pairs_of_velocity = 3;
 
-[[gnu::always_inline]] inline BodyVelocities gather(const std::vector<Velocity>& v,
-                                                    const std::array<int, lanes>& body) {
+SUBSTEP_KERNEL BodyVelocities gather(const std::vector<Velocity>& v, const std::array<int, lanes>& body) {
   Lanes component[2 * pairs_of_velocity];
   for (int k = 0; k < pairs_of_velocity; ++k) {
     TwoDoubles pair[lanes];
@@ -118,8 +117,8 @@ constexpr int pairs_of_velocity = 3;
   return {{{component[0], component[1], component[2]}}, {{component[3], component[4], component[5]}}};
 }
 
-[[gnu::always_inline]] inline void scatter(const BodyVelocities& from, const std::array<int, lanes>& body,
-                                           int count, std::vector<Velocity>& v) {
+SUBSTEP_KERNEL void scatter(const BodyVelocities& from, const std::array<int, lanes>& body, int count,
+                            std::vector<Velocity>& v) {
   const Lanes component[2 * pairs_of_velocity] = {from.linear[0],  from.linear[1],  from.linear[2],
                                                   from.angular[0], from.angular[1], from.angular[2]};
   TwoDoubles pair[pairs_of_velocity][lanes];
@@ -139,8 +138,8 @@ constexpr int pairs_of_velocity = 3;
 }
 
 /// Returns J_x v.
-[[gnu::always_inline]] inline Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
-                                                 const BodyVelocities& a, const BodyVelocities& b) {
+SUBSTEP_KERNEL Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
+                                  const BodyVelocities& a, const BodyVelocities& b) {
   return dot(direction, a.linear - b.linear) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
 }
 
@@ -149,30 +148,32 @@ constexpr int pairs_of_velocity = 3;
 /// A point that begins to slide keeps its displacement, since its normal impulse may be too small after one
 /// sweep.
 template <typename Friction>
-[[gnu::always_inline]] inline Lanes keeps_sliding(const Friction& friction) {
+SUBSTEP_KERNEL Lanes keeps_sliding(const Friction& friction) {
   return friction.slides * friction.slid;
 }
 
-using FourContacts = std::array<const Contact*, lanes>;
+/// A contact or a patch for each lane.
+template <typename Item>
+using Four = std::array<const Item*, lanes>;
 
 /// Returns the i-th contact of each manifold, or its last one where it has fewer.
-[[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
-                                                       const std::vector<Contact>& found) {
+SUBSTEP_KERNEL Four<Contact> contacts_of(const ContactBatch& x, int i, const std::vector<Contact>& found) {
   const auto of_lane = [&](int lane) {
     return &found[x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1)];
   };
   return {of_lane(0), of_lane(1), of_lane(2), of_lane(3)};
 }
 
-[[gnu::always_inline]] inline LaneVectors gather(const FourContacts& contact, Vector3 Contact::*member) {
-  return gather(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
+template <typename Item>
+SUBSTEP_KERNEL LaneVectors gather(const Four<Item>& of, Vector3 Item::*member) {
+  return gather(of[0]->*member, of[1]->*member, of[2]->*member, of[3]->*member);
 }
 
-/// Returns a member of each contact as a number; true is 1.
-template <typename Number>
-[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, Number Contact::*member) {
-  return Lanes{static_cast<double>(contact[0]->*member), static_cast<double>(contact[1]->*member),
-               static_cast<double>(contact[2]->*member), static_cast<double>(contact[3]->*member)};
+/// Returns a number of each item: a member, or what a function returns. True is 1.
+template <typename Item, typename Value>
+SUBSTEP_KERNEL Lanes gather(const Four<Item>& of, const Value& value) {
+  const auto of_lane = [&](int lane) { return static_cast<double>(std::invoke(value, *of[lane])); };
+  return Lanes{of_lane(0), of_lane(1), of_lane(2), of_lane(3)};
 }
 
 /// Four 3×3 matrices, by columns.
@@ -180,32 +181,32 @@ struct LaneMatrices {
   LaneVectors column[3];
 };
 
-[[gnu::always_inline]] inline LaneMatrices gather_matrices(const Matrix3& m0, const Matrix3& m1,
-                                                           const Matrix3& m2, const Matrix3& m3) {
+SUBSTEP_KERNEL LaneMatrices gather_matrices(const Matrix3& m0, const Matrix3& m1, const Matrix3& m2,
+                                            const Matrix3& m3) {
   LaneMatrices result;
   for (int k = 0; k < 9; ++k)
     result.column[k / 3][k % 3] = Lanes{m0.data()[k], m1.data()[k], m2.data()[k], m3.data()[k]};
   return result;
 }
 
-[[gnu::always_inline]] inline LaneMatrices gather(const std::vector<Matrix3>& rotations,
-                                                  const std::array<int, lanes>& body) {
+SUBSTEP_KERNEL LaneMatrices gather(const std::vector<Matrix3>& rotations,
+                                   const std::array<int, lanes>& body) {
   return gather_matrices(rotations[body[0]], rotations[body[1]], rotations[body[2]], rotations[body[3]]);
 }
 
-[[gnu::always_inline]] inline LaneMatrices gather(const FourContacts& contact, Matrix3 Contact::*member) {
-  return gather_matrices(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
+SUBSTEP_KERNEL LaneMatrices gather(const Four<Contact>& of, Matrix3 Contact::*member) {
+  return gather_matrices(of[0]->*member, of[1]->*member, of[2]->*member, of[3]->*member);
 }
 
 /// Returns R v.
-[[gnu::always_inline]] inline LaneVectors turned(const LaneMatrices& r, const LaneVectors& v) {
+SUBSTEP_KERNEL LaneVectors turned(const LaneMatrices& r, const LaneVectors& v) {
   return {{r.column[0][0] * v[0] + r.column[1][0] * v[1] + r.column[2][0] * v[2],
            r.column[0][1] * v[0] + r.column[1][1] * v[1] + r.column[2][1] * v[2],
            r.column[0][2] * v[0] + r.column[1][2] * v[1] + r.column[2][2] * v[2]}};
 }
 
 /// Returns Rᵀ v.
-[[gnu::always_inline]] inline LaneVectors turned_back(const LaneMatrices& r, const LaneVectors& v) {
+SUBSTEP_KERNEL LaneVectors turned_back(const LaneMatrices& r, const LaneVectors& v) {
   return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
 }
 
@@ -227,7 +228,7 @@ struct BatchBodies {
   Lanes inverse_mass;  ///< sum of both bodies'
 };
 
-[[gnu::always_inline]] inline BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
+SUBSTEP_KERNEL BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
   const auto& q = from.q;
   BatchBodies at;
   at.rotation_a = gather(from.rotations, x.a);
@@ -240,17 +241,13 @@ struct BatchBodies {
   return at;
 }
 
-/// Compile-time properties of a kernel.
-struct KernelKind {
-  bool is_unscaled;      ///< κ, τ and ω are 1, and are left out
-  bool reports_changes;  ///< the caller may request the largest change
-};
-inline constexpr KernelKind unscaled{true, false};
-inline constexpr KernelKind general{false, true};
+/// Kinds of kernels. In an unscaled one κ, τ and ω are 1 and left out, and nobody requests the largest
+/// change.
+enum class KernelKind { unscaled, general };
 
 template <KernelKind kind>
-[[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
-  if constexpr (kind.is_unscaled) return x;
+SUBSTEP_KERNEL Lanes times(double factor, const Lanes& x) {
+  if constexpr (kind == KernelKind::unscaled) return x;
   return all(factor) * x;
 }
 
@@ -264,7 +261,7 @@ struct KernelData {
 /// Scales down the impulses that were stored when the point or patch last slid, where the normal impulse is
 /// now below the stored one, in proportion.
 template <typename Friction>
-[[gnu::always_inline]] inline void reduce_origin(Friction& friction, const Lanes& normal) {
+SUBSTEP_KERNEL void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;
   if (!any(is_less)) return;
   const Lanes fraction = choose(is_less, normal / friction.origin_normal, all(1));
@@ -274,8 +271,8 @@ template <typename Friction>
 
 /// Sets `*moved` to the largest of itself and the lanes of `most`, if the caller requests it.
 template <KernelKind kind>
-[[gnu::always_inline]] inline void raise_to_largest(const Lanes& most, double* moved) {
-  if (!kind.reports_changes || !moved) return;
+SUBSTEP_KERNEL void raise_to_largest(const Lanes& most, double* moved) {
+  if (kind == KernelKind::unscaled || !moved) return;
   for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
 }
 

@@ -14,15 +14,14 @@ class MlcpWriter {
       : model_(*problem.model), v_local_(v_local), mlcp_(mlcp) {}
 
   /// Adds a row with its bodies, J and β. Its limits are infinite.
-  Mlcp::Row& add(int a, int b, const Vector3& linear, const Vector3& angular_a, const Vector3& angular_b,
-                 double beta) {
+  Mlcp::Row& add(int a, int b, const Jacobian& j, double beta) {
     Mlcp::Row out{};
     out.a = moves(model_.masses[a]) ? a : -1;
     out.b = moves(model_.masses[b]) ? b : -1;
-    set_part(a, 1, linear, angular_a, out.part_a);
-    set_part(b, -1, linear, angular_b, out.part_b);
-    out.right = beta - linear.dot(v_local_[a].linear - v_local_[b].linear) -
-                angular_a.dot(v_local_[a].angular) - angular_b.dot(v_local_[b].angular);
+    set_part(a, 1, j.linear, j.angular_a, out.part_a);
+    set_part(b, -1, j.linear, j.angular_b, out.part_b);
+    out.right = beta - j.linear.dot(v_local_[a].linear - v_local_[b].linear) -
+                j.angular_a.dot(v_local_[a].angular) - j.angular_b.dot(v_local_[b].angular);
     out.low = -infinity;
     out.high = -out.low;
     mlcp_.rows.push_back(out);
@@ -42,8 +41,8 @@ class MlcpWriter {
                                        : has_impact ? contacts.restitutions[point].right[0][lane]
                                                     : row.beta[lane];
                    const int index = static_cast<int>(mlcp_.rows.size());
-                   Mlcp::Row& out = add(x.a[lane], x.b[lane], direction.lane(lane), row.angular_a.lane(lane),
-                                        row.angular_b.lane(lane), beta);
+                   const Jacobian j{direction.lane(lane), row.angular_a.lane(lane), row.angular_b.lane(lane)};
+                   Mlcp::Row& out = add(x.a[lane], x.b[lane], j, beta);
                    const double start = is_warm ? -before.points[point][k][lane] : 0;
                    if (k == 0) {
                      normal = index;
@@ -78,7 +77,7 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
   MlcpWriter writer(problem, v_local, mlcp);
   for (const Block& x : problem.c.blocks) {
     const Row& row = problem.c.rows[x.first];
-    Mlcp::Row& out = writer.add(x.a, x.b, row.linear, row.angular_a, row.angular_b, row.beta);
+    Mlcp::Row& out = writer.add(x.a, x.b, row, row.beta);
     out.low = row.low;
     out.high = row.high;
     out.softness = row.softness;

@@ -8,23 +8,6 @@
 
 namespace substep {
 
-/// Four patches, whose members are read as lanes.
-struct FourShapes {
-  std::array<const PatchShape*, lanes> shape;
-
-  template <typename Value>
-  [[gnu::always_inline]] Lanes of(const Value& value) const {
-    return Lanes{value(*shape[0]), value(*shape[1]), value(*shape[2]), value(*shape[3])};
-  }
-  [[gnu::always_inline]] LaneVectors of(Vector3 PatchShape::*member) const {
-    return gather(shape[0]->*member, shape[1]->*member, shape[2]->*member, shape[3]->*member);
-  }
-  [[gnu::always_inline]] LaneVectors column(Matrix3 PatchShape::*member, int k) const {
-    return gather((shape[0]->*member).col(k), (shape[1]->*member).col(k), (shape[2]->*member).col(k),
-                  (shape[3]->*member).col(k));
-  }
-};
-
 /// Γ of a patch: the change of the velocity at the patch's centre by an impulsive wrench there.
 struct PatchGamma {
   Lanes linear_by_force[9];
@@ -33,9 +16,8 @@ struct PatchGamma {
 };
 
 /// Adds one body's part to Γ.
-[[gnu::always_inline]] inline void add_body(const LaneVectors (&axes)[3], const LaneVectors& arm,
-                                            const Lanes& inverse_mass, const LaneVectors& inverse_inertia,
-                                            PatchGamma& gamma) {
+SUBSTEP_KERNEL void add_body(const LaneVectors (&axes)[3], const LaneVectors& arm, const Lanes& inverse_mass,
+                             const LaneVectors& inverse_inertia, PatchGamma& gamma) {
   Lanes m[9];
   for (int i = 0; i < 3; ++i) {
     const LaneVectors response = product(inverse_inertia, axes[i]);
@@ -60,7 +42,7 @@ struct PatchGamma {
 }
 
 /// Inverts a symmetric matrix (11, 12, 13, 22, 23, 33). The inverse of a singular one is 0.
-[[gnu::always_inline]] inline void invert(const Lanes (&s)[6], Lanes (&inverse)[6]) {
+SUBSTEP_KERNEL void invert(const Lanes (&s)[6], Lanes (&inverse)[6]) {
   inverse[0] = s[3] * s[5] - s[4] * s[4];
   inverse[1] = s[2] * s[4] - s[1] * s[5];
   inverse[2] = s[1] * s[4] - s[2] * s[3];
@@ -73,8 +55,7 @@ struct PatchGamma {
 
 /// Inverts Γ of normals whose points lie on a line, within the two dimensions of their wrenches: a force, and
 /// a torque along `across`.
-[[gnu::always_inline]] inline void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2],
-                                                  Lanes (&inverse)[6]) {
+SUBSTEP_KERNEL void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2], Lanes (&inverse)[6]) {
   const Lanes c00 = s[0];
   const Lanes c01 = s[1] * across[0] + s[2] * across[1];
   const Lanes c11 =
@@ -92,7 +73,7 @@ struct PatchGamma {
 }
 
 /// Sets a patch's Γ, its inverses, and the coupling of friction and normals.
-[[gnu::always_inline]] inline void set_gamma(const ContactBatch& x, const FourShapes& from, Patch& patch) {
+SUBSTEP_KERNEL void set_gamma(const ContactBatch& x, const Four<PatchShape>& from, Patch& patch) {
   const Lanes zero = all(0);
   PatchGamma gamma;
   for (int i = 0; i < 9; ++i) {
@@ -112,8 +93,8 @@ struct PatchGamma {
   invert(patch.normal_gamma, patch.normal_inverse);
   const auto is_line = patch.corners == all(2);
   if (any(is_line)) {
-    const auto side = [&](int axis) {
-      return from.of([&](const PatchShape& s) { return s.corner[1][axis] - s.corner[0][axis]; });
+    const auto side = [&](int axis) __attribute__((always_inline)) {
+      return gather(from, [&](const PatchShape& s) { return s.corner[1][axis] - s.corner[0][axis]; });
     };
     const Lanes length = root(side(0) * side(0) + side(1) * side(1));
     const Lanes across[2] = {side(1) / length, -side(0) / length};
@@ -129,17 +110,18 @@ struct PatchGamma {
 }
 
 /// Sets the planes and rays of the cone of wrenches that a patch's normals can exert.
-[[gnu::always_inline]] inline void set_corners(const ContactBatch& x, const FourShapes& from,
-                                               const Patch& patch, PatchCorner* corners) {
-  const auto corner_at = [&](int i, int axis) {
-    return from.of(
-        [&](const PatchShape& shape) { return shape.corner[std::min(i, shape.corners - 1)][axis]; });
+SUBSTEP_KERNEL void set_corners(const ContactBatch& x, const Four<PatchShape>& from, const Patch& patch,
+                                PatchCorner* corners) {
+  const auto corner_at = [&](int i, int axis) __attribute__((always_inline)) {
+    return gather(
+        from, [&](const PatchShape& shape) { return shape.corner[std::min(i, shape.corners - 1)][axis]; });
   };
-  const auto next = [&](int i, int axis) {
-    return from.of(
-        [&](const PatchShape& shape) { return shape.corner[i + 1 < shape.corners ? i + 1 : 0][axis]; });
+  const auto next = [&](int i, int axis) __attribute__((always_inline)) {
+    return gather(
+        from, [&](const PatchShape& shape) { return shape.corner[i + 1 < shape.corners ? i + 1 : 0][axis]; });
   };
-  const Lanes squared_radius = from.of([](const PatchShape& shape) { return shape.radius * shape.radius; });
+  const Lanes squared_radius =
+      gather(from, [](const PatchShape& shape) { return shape.radius * shape.radius; });
   for (int i = 0; i < x.corners; ++i) {
     PatchCorner& corner = corners[i];
     const Lanes here[2] = {corner_at(i, 0), corner_at(i, 1)};
@@ -172,42 +154,44 @@ struct PatchGamma {
 }
 
 /// Sets a patch's impulses to 0, and its friction from its shape.
-[[gnu::always_inline]] inline void start_patch(const FourShapes& from, Patch& patch) {
+SUBSTEP_KERNEL void start_patch(const Four<PatchShape>& from, Patch& patch) {
   const Lanes zero = all(0);
   patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
   patch.origin_normal = patch.slides = zero;
-  patch.slid = from.of([](const PatchShape& shape) { return shape.slid ? 1.0 : 0.0; });
-  patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
-  patch.inverse_radius = all(1) / from.of([](const PatchShape& shape) { return shape.radius; });
-  patch.corners = from.of([](const PatchShape& shape) { return static_cast<double>(shape.corners); });
-  for (int k = 0; k < 3; ++k) {
-    patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.reference[k]; });
-  }
+  patch.slid = gather(from, &PatchShape::slid);
+  patch.coefficient = gather(from, &PatchShape::friction);
+  patch.inverse_radius = all(1) / gather(from, &PatchShape::radius);
+  patch.corners = gather(from, &PatchShape::corners);
+  patch.reference = gather(from, &PatchShape::reference);
 }
 
 /// Formulates a batch of patches (s2): axes, arms, β and Γ.
-[[gnu::always_inline]] inline void formulate_patch(ContactBatches& contacts, const ContactBatch& x,
-                                                   const BatchBodies& at, const Formulation& from) {
+SUBSTEP_KERNEL void formulate_patch(ContactBatches& contacts, const ContactBatch& x, const BatchBodies& at,
+                                    const Formulation& from) {
   const PatchShape* const all_shapes = contacts.shapes.data();
-  const FourShapes shapes{
-      {all_shapes + x.shape[0], all_shapes + x.shape[1], all_shapes + x.shape[2], all_shapes + x.shape[3]}};
+  const Four<PatchShape> shapes{all_shapes + x.shape[0], all_shapes + x.shape[1], all_shapes + x.shape[2],
+                                all_shapes + x.shape[3]};
   Patch& patch = contacts.patches[x.patch];
   if (!from.anew) start_patch(shapes, patch);
   // Take the axes and the arms of the centre.
+  const auto column = [&](Matrix3 PatchShape::*axes, int k) __attribute__((always_inline)) {
+    return gather((shapes[0]->*axes).col(k), (shapes[1]->*axes).col(k), (shapes[2]->*axes).col(k),
+                  (shapes[3]->*axes).col(k));
+  };
   LaneVectors first_in_a[3];
   for (int k = 0; k < 3; ++k) {
-    patch.in_b[k] = shapes.column(&PatchShape::axes_in_b, k);
+    patch.in_b[k] = column(&PatchShape::axes_in_b, k);
     patch.in_world[k] = turned(at.rotation_b, patch.in_b[k]);
     patch.in_a[k] = turned_back(at.rotation_a, patch.in_world[k]);
-    first_in_a[k] = shapes.column(&PatchShape::axes_in_a, k);
+    first_in_a[k] = column(&PatchShape::axes_in_a, k);
   }
-  patch.arm_a = along(patch.in_a, shapes.of(&PatchShape::arm_a));
-  patch.arm_b = along(patch.in_b, shapes.of(&PatchShape::arm_b));
+  patch.arm_a = along(patch.in_a, gather(shapes, &PatchShape::arm_a));
+  patch.arm_b = along(patch.in_b, gather(shapes, &PatchShape::arm_b));
   // Measure how the patch has opened, tilted and slipped.
   const LaneVectors offset = along(patch.in_world, at.offset);
   const LaneVectors apart = offset + patch.arm_a - patch.arm_b;
-  const auto value = [&](auto member, int k) {
-    return shapes.of([&](const PatchShape& shape) { return (shape.*member)[k]; });
+  const auto value = [&](auto member, int k) __attribute__((always_inline)) {
+    return gather(shapes, [&](const PatchShape& shape) { return (shape.*member)[k]; });
   };
   const Lanes per_substep = all(-1) / all(from.hs);
   const Lanes tilt[2] = {

@@ -11,8 +11,7 @@ namespace substep {
 /// Moves wrenches outside of their patch's cone to the nearest wrench in the cone, in the metric of Γ: on a
 /// plane, else on a ray, else to 0.
 template <int known>
-[[gnu::always_inline]] inline void move_into_cone(int count, const PatchCorner* corners,
-                                                  LaneVectors& wrench) {
+SUBSTEP_KERNEL void move_into_cone(int count, const PatchCorner* corners, LaneVectors& wrench) {
   if constexpr (known) count = known;
   const Lanes zero = all(0);
   constexpr double rounding = 1e-10;
@@ -59,10 +58,8 @@ template <int known>
 /// Solves the normals of a patch for the wrench in the cone that gives the velocities of β, or the nearest to
 /// them. Returns the change of the wrench times the scale.
 template <KernelKind kind, int known>
-[[gnu::always_inline]] inline LaneVectors solve_patch_normals(const KernelData& at,
-                                                              const PatchCorner* corners,
-                                                              const LaneVectors& velocity, Patch& patch,
-                                                              Lanes& most) {
+SUBSTEP_KERNEL LaneVectors solve_patch_normals(const KernelData& at, const PatchCorner* corners,
+                                               const LaneVectors& velocity, Patch& patch, Lanes& most) {
   const int count = known ? known : at.x.corners;
   LaneVectors missing;
   for (int k = 0; k < 3; ++k) {
@@ -75,7 +72,7 @@ template <KernelKind kind, int known>
   move_into_cone<known>(count, corners, wrench);
   const LaneVectors given = all(at.how.scale) * (wrench - patch.normal_impulse);
   for (int k = 0; k < 3; ++k) patch.normal_impulse[k] = wrench[k];
-  if (kind.reports_changes) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
+  if (kind == KernelKind::general) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
   return given;
 }
 
@@ -86,10 +83,8 @@ struct CornerFractions {
 
 /// Returns the fractions that have the normals' centre of pressure and vary linearly between the corners. No
 /// fraction is negative.
-template <int known>
-[[gnu::always_inline]] inline CornerFractions corner_fractions(int count, const PatchCorner* corners,
-                                                               const Patch& patch, const Lanes& normal) {
-  if constexpr (known) count = known;
+SUBSTEP_KERNEL CornerFractions corner_fractions(int count, const PatchCorner* corners, const Patch& patch,
+                                                const Lanes& normal) {
   const Lanes zero = all(0);
   const Lanes equal = all(1) / patch.corners;
   // Sum the corners' moments about their centre, without repeated corners.
@@ -133,11 +128,8 @@ template <int known>
 
 /// Sets the corners' friction to forces that add up to a wrench, where a patch has not slid: by fractions of
 /// the wrench's force and of its torque about the centre of pressure.
-template <int known>
-[[gnu::always_inline]] inline void distribute_friction(int count, PatchCorner* corners,
-                                                       const CornerFractions& fractions, const Lanes& slid,
-                                                       const LaneVectors& wrench) {
-  if constexpr (known) count = known;
+SUBSTEP_KERNEL void distribute_friction(int count, PatchCorner* corners, const CornerFractions& fractions,
+                                        const Lanes& slid, const LaneVectors& wrench) {
   const Lanes zero = all(0);
   Lanes centre[2] = {zero, zero};
   for (int i = 0; i < count; ++i) {
@@ -163,12 +155,9 @@ template <int known>
 /// Returns the friction of a patch that slides, a force of `limit` in all. The force at each corner is
 /// opposite to the corner's slip. `missing`: target velocity less the slip, along the tangents and of the
 /// twist.
-template <int known>
-[[gnu::always_inline]] inline LaneVectors sliding_friction(int count, PatchCorner* corners,
-                                                           const Patch& patch,
-                                                           const CornerFractions& fractions,
-                                                           const Lanes& limit, const LaneVectors& missing) {
-  if constexpr (known) count = known;
+SUBSTEP_KERNEL LaneVectors sliding_friction(int count, PatchCorner* corners, const Patch& patch,
+                                            const CornerFractions& fractions, const Lanes& limit,
+                                            const LaneVectors& missing) {
   // Bound Γ of all corners' forces. Two bodies that cannot turn have no twist.
   const Lanes radius = all(1) / patch.inverse_radius;
   const Lanes of_twist = choose(patch.inverse_twist > all(0), radius * radius / patch.inverse_twist, all(0));
@@ -192,8 +181,8 @@ template <int known>
 
 /// Returns the friction of a patch that begins to slide: the projection of λ + (missing velocity)/γ on the
 /// ellipsoid.
-[[gnu::always_inline]] inline LaneVectors begun_slide(const Patch& patch, const Lanes& limit,
-                                                      const LaneVectors& before, const LaneVectors& missing) {
+SUBSTEP_KERNEL LaneVectors begun_slide(const Patch& patch, const Lanes& limit, const LaneVectors& before,
+                                       const LaneVectors& missing) {
   const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
                             before[1] + missing[1] * patch.inverse_largest,
                             before[2] + missing[2] * patch.inverse_twist}};
@@ -205,16 +194,13 @@ template <int known>
 
 /// Returns the friction of a patch that continues to slide, corner by corner. Friction brakes the slip to
 /// zero at most, and does not reverse it.
-template <int known>
-[[gnu::always_inline]] inline LaneVectors kept_slide(const KernelData& at, PatchCorner* corners,
-                                                     const Patch& patch, const Lanes& slid,
-                                                     const Lanes& limit, const LaneVectors& before,
-                                                     const LaneVectors& missing) {
+SUBSTEP_KERNEL LaneVectors kept_slide(const KernelData& at, PatchCorner* corners, const Patch& patch,
+                                      const Lanes& slid, const Lanes& limit, const LaneVectors& before,
+                                      const LaneVectors& missing) {
   const Lanes normal = larger(patch.normal_impulse[0], all(0));
-  const CornerFractions fractions = corner_fractions<known>(at.x.corners, corners, patch, normal);
-  distribute_friction<known>(at.x.corners, corners, fractions, slid, before);
-  const LaneVectors sliding =
-      sliding_friction<known>(at.x.corners, corners, patch, fractions, limit, missing);
+  const CornerFractions fractions = corner_fractions(at.x.corners, corners, patch, normal);
+  distribute_friction(at.x.corners, corners, fractions, slid, before);
+  const LaneVectors sliding = sliding_friction(at.x.corners, corners, patch, fractions, limit, missing);
   const LaneVectors response = symmetric_product(patch.gamma, sliding);
   const Lanes stopping = dot(sliding, missing) + dot(response, before);
   const Lanes full = dot(sliding, response);
@@ -225,11 +211,10 @@ template <int known>
 /// Solves the friction of a patch, two tangents and the twist as one block. The patch holds inside of an
 /// ellipsoid, else it slides, from the second step on by Coulomb's law at the corners. Returns the change of
 /// the impulses times the scale.
-template <KernelKind kind, int known>
-[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const KernelData& at, PatchCorner* corners,
-                                                               const LaneVectors& slip,
-                                                               const LaneVectors& normals, Patch& patch,
-                                                               Lanes& most) {
+template <KernelKind kind>
+SUBSTEP_KERNEL LaneVectors solve_patch_friction(const KernelData& at, PatchCorner* corners,
+                                                const LaneVectors& slip, const LaneVectors& normals,
+                                                Patch& patch, Lanes& most) {
   const Lanes normal = larger(patch.normal_impulse[0], all(0));  // rounding may leave less
   reduce_origin(patch, normal);
   const Lanes(&by)[9] = patch.by_normals;
@@ -253,12 +238,12 @@ template <KernelKind kind, int known>
     total = choose(slides, begun_slide(patch, limit, before, missing), total);
     const auto continues = slides & (patch.slid > all(0));
     if (any(continues)) {
-      total = choose(continues, kept_slide<known>(at, corners, patch, slid, limit, before, missing), total);
+      total = choose(continues, kept_slide(at, corners, patch, slid, limit, before, missing), total);
     }
   }
   const LaneVectors given = all(at.how.scale) * (total - before);
   for (int k = 0; k < 3; ++k) patch.impulse[k] = total[k] + patch.origin[k];
-  if (kind.reports_changes) {
+  if (kind == KernelKind::general) {
     for (int k = 0; k < 2; ++k) most = larger(most, magnitude(given[k] * patch.gamma[3 * k]));
   }
   return given;
@@ -266,15 +251,15 @@ template <KernelKind kind, int known>
 
 /// Solves four patches. Returns true if any continues to slide.
 template <KernelKind kind, int known>
-[[gnu::always_inline]] inline bool solve_patch(const KernelData& at, PatchCorner* corners, Patch& patch,
-                                               std::vector<Velocity>& v, double* moved) {
+SUBSTEP_KERNEL bool solve_patch(const KernelData& at, PatchCorner* corners, Patch& patch,
+                                std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
   BodyVelocities a = gather(v, at.x.a);
   BodyVelocities b = gather(v, at.x.b);
   const RelativeMotion motion = relative_motion(patch, a, b);
   const LaneVectors normals = solve_patch_normals<kind, known>(at, corners, of_normals(motion), patch, most);
   const LaneVectors friction =
-      solve_patch_friction<kind, known>(at, corners, of_friction(motion), normals, patch, most);
+      solve_patch_friction<kind>(at, corners, of_friction(motion), normals, patch, most);
   give(at.x, patch, normals, friction, a, b);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);

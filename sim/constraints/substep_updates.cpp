@@ -90,8 +90,7 @@ void carry_momenta(const Problem& problem, double duration, std::vector<Velocity
   for (std::size_t k = 0; k < problem.model->gyroscopic.size(); ++k) {
     const int i = problem.model->gyroscopic[k];
     if (problem.model->has_joints[i]) continue;
-    Vector3& v = v_local[i].angular;
-    v = velocity_at_end(problem, k, duration, v);
+    v_local[i].angular = velocity_at_end(problem, k, duration, v_local[i].angular);
   }
 }
 

@@ -52,14 +52,9 @@ double start_value(double value, bool is_one_sided, double alpha) {
 /// Returns a joint's row, formulated at the step's start, as a constraint.
 AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
                double penalty) {
-  AvbdRow result{{row.linear, row.angular_a, row.angular_b},
-                 -h * row.beta,
-                 settings.alpha * gamma * force,
-                 decayed(penalty),
-                 infinity,
-                 settings.beta,
-                 row.low / h,
-                 row.high / h};
+  AvbdRow result{
+      row,         -h * row.beta, settings.alpha * gamma * force, decayed(penalty), infinity, settings.beta,
+      row.low / h, row.high / h};
   if (row.linear.isZero(0)) result.growth *= angular_growth;
   if (row.softness > 0) {  // λ h softness = β − J v: springs and dampers keep their stiffness
     result.force = 0;
@@ -118,12 +113,12 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   for (int k = 0; k < x.rows; ++k) {
     AvbdRow& row = work.rows[x.first + k];
     if (!is_followed) {
-      value[k] = row.value + row.j.times(work.displacement[x.a], work.displacement[x.b]);
+      value[k] = row.value + row_velocity(row.j, work.displacement[x.a], work.displacement[x.b]);
       continue;
     }
     // row.value is −α C of the step's start, the part of C that the step leaves uncorrected
     const Row& now = c.rows[c.blocks[x.joint].first + k];
-    row.j = {now.linear, now.angular_a, now.angular_b};
+    row.j = now;
     value[k] = row.value - h * now.beta;
   }
   return value;
@@ -281,7 +276,7 @@ void carry(double h, const Problem& problem, const AvbdWork& work, CarriedForces
     const Contact& contact = (*problem.contacts)[i - c.blocks.size()];
     for (int k = 1; k < 3 && work.sticks[i] != 0; ++k) {
       displacement[k] = (k == 1 ? contact.displacement_1 : contact.displacement_2) +
-                        rows[k].j.times(work.displacement[x.a], work.displacement[x.b]);
+                        row_velocity(rows[k].j, work.displacement[x.a], work.displacement[x.b]);
     }
     const Vector3 penalties(rows[0].penalty, rows[1].penalty, rows[2].penalty);
     carried.contacts.push_back({h * force, force, penalties, displacement});
@@ -290,12 +285,12 @@ void carry(double h, const Problem& problem, const AvbdWork& work, CarriedForces
 
 }  // namespace
 
-void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
-          Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried) {
+std::int64_t avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+                  Problem& problem, const std::vector<double>& start, AvbdWork& work,
+                  CarriedForces& carried) {
   const double h = settings.step;
   const Model& model = *problem.model;
   const int bodies = static_cast<int>(q.size());
-  work.row_solves = 0;
   make_rows(q, settings, problem, start, work);
   predict(h, problem, q, v_local, work);
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
@@ -305,7 +300,6 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     }
     // Dual update
     update_forces(h, problem, q, work);
-    work.row_solves += std::ssize(work.rows);
   }
   // Finish: velocities from displacements
   for (int i = 1; i < bodies; ++i) {
@@ -314,6 +308,7 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
   }
   carry_momenta(problem, h, v_local);
   carry(h, problem, work, carried);
+  return settings.iterations * std::ssize(work.rows);
 }
 
 }  // namespace substep

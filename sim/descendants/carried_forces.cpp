@@ -29,10 +29,9 @@ void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>
                       composed(contact, forces[i].displacement), false, 0, composed(contact, forces[i].force),
                       forces[i].stiffness});
   }
-  std::ranges::sort(memory, [](const ContactMemory& a, const ContactMemory& b) {
-    return std::tie(a.collider_a, a.collider_b, a.arm_a[0], a.arm_a[1], a.arm_a[2], a.arm_b[0], a.arm_b[1],
-                    a.arm_b[2]) < std::tie(b.collider_a, b.collider_b, b.arm_a[0], b.arm_a[1], b.arm_a[2],
-                                           b.arm_b[0], b.arm_b[1], b.arm_b[2]);
+  std::ranges::sort(memory, {}, [](const ContactMemory& m) {
+    return std::tie(m.collider_a, m.collider_b, m.arm_a[0], m.arm_a[1], m.arm_a[2], m.arm_b[0], m.arm_b[1],
+                    m.arm_b[2]);
   });
 }
 

@@ -11,19 +11,7 @@
 
 namespace substep {
 
-/// J of one row, angular parts in the bodies' frames.
-struct Jacobian {
-  Vector3 linear;  ///< of body a; that of b is −linear
-  Vector3 angular_a;
-  Vector3 angular_b;
-
-  /// Returns J v, or J Δq.
-  double times(const Velocity& a, const Velocity& b) const {
-    return linear.dot(a.linear - b.linear) + angular_a.dot(a.angular) + angular_b.dot(b.angular);
-  }
-};
-
-/// Returns a contact's row along its normal (k = 0) or a tangent.
+/// Returns a contact's row along its normal (k = 0) or a tangent, angular parts in the bodies' frames.
 Jacobian contact_jacobian(const Contact& contact, const Problem& problem, int k);
 
 /// The forces at a contact point, along its normal and tangents.
@@ -86,17 +74,12 @@ struct SoftPoint {
   Softness softness;
 };
 
-/// Buffers that outlive a step, and the step's report.
-struct SoftStepWork {
-  std::vector<SoftPoint> points;
-  std::int64_t row_solves = 0;
-};
-
 /// Makes a step of settings.substeps sub-steps: steps `q` and `v_local`, whose angular velocities are in the
 /// bodies' frames. `problem` holds the joints' blocks, formulated at q, with their first impulses, and the
-/// contacts that were found. `carried` receives the forces at the step's end.
-void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
-               Problem& problem, SoftStepWork& work, CarriedForces& carried);
+/// contacts that were found. `points` is a buffer. `carried` receives the forces at the step's end. Returns
+/// the number of row solves.
+std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+                       Problem& problem, std::vector<SoftPoint>& points, CarriedForces& carried);
 
 // AVBD.
 
@@ -122,7 +105,7 @@ struct AvbdBlock {
   double friction;  ///< μ of a contact
 };
 
-/// Buffers that outlive a step, and the step's report.
+/// Buffers that outlive a step.
 struct AvbdWork {
   std::vector<AvbdRow> rows;
   std::vector<AvbdBlock> blocks;
@@ -131,14 +114,13 @@ struct AvbdWork {
   std::vector<Coordinates> inertial;   ///< the coordinates without constraints
   std::vector<Velocity> displacement;  ///< since the step began: m, and the rotation vector, body frame
   std::vector<std::uint8_t> sticks;    ///< by block: 1 where friction holds it
-  std::int64_t row_solves = 0;
 };
 
 /// Makes a step of settings.iterations iterations: steps `q` and `v_local`, whose angular velocities are in
 /// the bodies' frames. `problem` holds the joints' blocks and the contacts that were found. `start` has the
 /// forces and penalties of joints' rows when the step begins (State::joint_forces), `carried` those when it
-/// ends.
-void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
-          Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried);
+/// ends. Returns the number of row solves.
+std::int64_t avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+                  Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried);
 
 }  // namespace substep

@@ -36,7 +36,7 @@ constexpr Softness rigid{0, 1, 0};
 
 /// Returns J v of one of a point's rows.
 double velocity_along(const SoftPoint& x, int k, const std::vector<Velocity>& v) {
-  return x.row[k].times(v[x.a], v[x.b]);
+  return row_velocity(x.row[k], v[x.a], v[x.b]);
 }
 
 /// Applies an impulse of one row: v ← v + M⁻¹Jᵀ impulse.
@@ -179,16 +179,13 @@ void apply_restitution(const Model& model, std::vector<SoftPoint>& points, std::
 
 }  // namespace
 
-void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
-               Problem& problem, SoftStepWork& work, CarriedForces& carried) {
+std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+                       Problem& problem, std::vector<SoftPoint>& points, CarriedForces& carried) {
   const int n = settings.substeps;
   const double hs = settings.step / n;
   const Model& model = *problem.model;
   Constraints& c = problem.c;
-  std::vector<SoftPoint>& points = work.points;
-
   const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), soft_joint_damping, hs);
-  work.row_solves = 0;
   c.limits_of = 1;
   prepare_points(settings, problem, v_local, hs, points);
   for (int j = 1; j <= n; ++j) {
@@ -215,7 +212,6 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
       x.step_impulse += x.impulse;
     }
     carry_momenta(problem, hs, v_local);
-    work.row_solves += 2 * std::ssize(c.rows) + 4 * std::ssize(points);
   }
   apply_restitution(model, points, v_local);
   // Store the coordinates and forces
@@ -227,6 +223,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
   }
   carried.joints.clear();
   for (const Row& row : c.rows) carried.joints.push_back(row.impulse / hs);
+  return n * (2 * std::ssize(c.rows) + 4 * std::ssize(points));
 }
 
 }  // namespace substep

@@ -53,16 +53,16 @@ std::vector<int> order_of(int count, const std::vector<std::pair<int, int>>& pai
 
 }  // namespace
 
-void BlockFactor::analyse(int count, const std::vector<std::pair<int, int>>& pairs) {
+void BlockFactor::analyse(int count, std::vector<std::pair<int, int>>& pairs) {
   position_ = order_of(count, pairs);
   index_.resize(count);
   for (int i = 0; i < count; ++i) index_[position_[i]] = i;
 
   // The rows of a column are those of the matrix and of the columns whose first row it is.
   std::vector<std::vector<int>> rows(count);
-  for (const auto& [a, b] : pairs) {
-    const auto [early, late] = std::minmax(position_[a], position_[b]);
-    rows[early].push_back(late);
+  for (auto& [row, column] : pairs) {
+    if (position_[row] < position_[column]) std::swap(row, column);
+    rows[position_[column]].push_back(position_[row]);
   }
   begin_.assign(1, 0);
   row_.clear();
@@ -80,12 +80,7 @@ void BlockFactor::analyse(int count, const std::vector<std::pair<int, int>>& pai
     return static_cast<int>(std::lower_bound(begin, row_.begin() + begin_[early + 1], late) - row_.begin());
   };
   edge_of_pair_.clear();
-  is_transposed_.clear();
-  for (const auto& [a, b] : pairs) {
-    edge_of_pair_.push_back(
-        edge_of(std::min(position_[a], position_[b]), std::max(position_[a], position_[b])));
-    is_transposed_.push_back(position_[a] < position_[b] ? 1 : 0);
-  }
+  for (const auto& [row, column] : pairs) edge_of_pair_.push_back(edge_of(position_[column], position_[row]));
   targets_.clear();
   std::size_t widest = 0;
   for (int p = 0; p < count; ++p) {

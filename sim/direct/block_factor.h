@@ -14,15 +14,13 @@ namespace substep {
 class BlockFactor {
  public:
   /// Takes the pattern: `count` diagonal blocks and those of the pairs (row, column), of which none is given
-  /// twice.
-  void analyse(int count, const std::vector<std::pair<int, int>>& pairs);
+  /// twice. Swaps pairs whose block is the transposed one.
+  void analyse(int count, std::vector<std::pair<int, int>>& pairs);
 
   /// Sets all blocks to zero.
   void clear();
   Matrix3& diagonal(int i) { return diagonal_[position_[i]]; }
-  /// Returns the block of the kth pair, which is the block of (column, row) where `is_transposed(k)`.
-  Matrix3& block(int k) { return lower_[edge_of_pair_[k]]; }
-  bool is_transposed(int k) const { return is_transposed_[k]; }
+  Matrix3& block(int pair) { return lower_[edge_of_pair_[pair]]; }
 
   /// Factors the blocks that were set. Returns false where a pivot is not above `least` times its element of
   /// the diagonal.
@@ -38,7 +36,6 @@ class BlockFactor {
   std::vector<int> begin_;
   std::vector<int> row_;
   std::vector<int> edge_of_pair_;
-  std::vector<char> is_transposed_;
   /// By position, and pair of its edges: the block that the product of the two edges changes.
   std::vector<int> targets_;
   std::vector<Matrix3> diagonal_;

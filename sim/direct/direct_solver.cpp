@@ -113,7 +113,7 @@ void JointSolver::analyse(const Mlcp& problem) {
   }
   factor_.analyse(static_cast<int>(groups_.size()), pairs);
   for (Product& product : products_) {
-    if (!factor_.is_transposed(product.pair)) continue;
+    if (pairs[product.pair].first == product.row) continue;
     std::swap(product.row, product.column);
     std::swap(product.row_is_a, product.column_is_a);
   }
@@ -151,8 +151,9 @@ bool JointSolver::factor(const Mlcp& problem, double shift) {
   return factor_.factor(shift > 0 ? 0 : least_pivot);
 }
 
-void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination) {
-  std::ranges::fill(y_, Vector6::Zero());
+void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination,
+                               std::vector<Vector6>& impulses) const {
+  impulses.assign(problem.bodies, Vector6::Zero());
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     // Sum a group's rows first, so that a body's sum in memory is updated once for the three.
     const Group& group = groups_[i];
@@ -162,13 +163,13 @@ void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& 
       sum_a += combination[i][k] * problem.rows[group.row[k]].part_a;
       sum_b += combination[i][k] * problem.rows[group.row[k]].part_b;
     }
-    if (group.a >= 0) y_[group.a] += sum_a;
-    if (group.b >= 0) y_[group.b] += sum_b;
+    if (group.a >= 0) impulses[group.a] += sum_a;
+    if (group.b >= 0) impulses[group.b] += sum_b;
   }
 }
 
 double JointSolver::residual(const Mlcp& problem) {
-  set_impulses(problem, multipliers_);
+  set_impulses(problem, multipliers_, y_);
   // Compare squares over Γ_xx, to avoid square roots.
   double largest = 0;
   double sum = 0;  // finite if all residuals are
@@ -203,10 +204,8 @@ bool JointSolver::rest_is_redundant(const Mlcp& problem) {
     of_rows += squared * gamma_[i];
     moved += squared * problem.rows[i].softness;
   });
-  kept_y_.swap(y_);
-  set_impulses(problem, step_);
-  for (const Vector6& y : y_) moved += y.squaredNorm();
-  kept_y_.swap(y_);
+  set_impulses(problem, step_, step_y_);
+  for (const Vector6& y : step_y_) moved += y.squaredNorm();
   return moved <= MlcpSolver::rank_tolerance * of_rows;
 }
 
@@ -284,7 +283,7 @@ bool JointSolver::solve(const Mlcp& problem, std::vector<double>& lambda, MlcpRe
   }
   for (std::vector<Vector3>* values : {&multipliers_, &left_, &step_})
     values->assign(groups_.size(), Vector3::Zero());
-  kept_y_ = y_;
+  step_y_ = y_;
   for_each_row([&](std::size_t group, int k, int i) { left_[group][k] = problem.rows[i].right; });
   report.active_sets = 1;
   if (!(has_loops_ ? solve_loops(problem, report) : solve_tree(problem, report))) return false;

@@ -43,8 +43,9 @@ class JointSolver {
   /// Sets the residual of the right sides, and Gᵀλ. Returns the largest residual relative to the right sides.
   double residual(const Mlcp& problem);
   double squared_residual(const Mlcp::Row& row, int i, double missing) const;
-  /// Sets Gᵀ of a combination of rows.
-  void set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination);
+  /// Sets `impulses` to Gᵀ of a combination of rows.
+  void set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination,
+                    std::vector<Vector6>& impulses) const;
   bool rest_is_redundant(const Mlcp& problem);
   int violated(const Mlcp& problem) const;
 
@@ -76,9 +77,9 @@ class JointSolver {
   std::vector<Vector3> multipliers_;  ///< λ
   std::vector<Vector3> left_;         ///< residual of the right sides
   std::vector<Vector3> best_;
-  std::vector<Vector3> step_;  ///< of λ, in a round of loops
-  std::vector<Vector6> y_;     ///< Gᵀλ by body
-  std::vector<Vector6> kept_y_;
+  std::vector<Vector3> step_;    ///< of λ, in a round of loops
+  std::vector<Vector6> y_;       ///< Gᵀλ by body
+  std::vector<Vector6> step_y_;  ///< Gᵀ of `step_`
 };
 
 /// Solves joints by JointSolver, and problems with limits island by island. An island is all bodies that rows

@@ -27,7 +27,7 @@ class Words {
   Words(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
 
   [[noreturn]] void fail(const std::string& trouble) const {
-    throw Error(fmt::format("{}:{}: {}", what_, line_, trouble));
+    throw Error("{}:{}: {}", what_, line_, trouble);
   }
 
   bool is_at_end() {
@@ -207,8 +207,7 @@ std::vector<std::array<int, dimension>> rows_of_contacts(const Mlcp& mlcp) {
       contacts.back() = {row.normal, i, i + 1};
       ++i;
     } else {
-      throw Error(
-          fmt::format("row {}: is neither a contact's normal nor the first of its two tangents", i + 1));
+      throw Error("row {}: is neither a contact's normal nor the first of its two tangents", i + 1);
     }
   }
   return contacts;

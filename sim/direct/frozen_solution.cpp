@@ -168,9 +168,7 @@ int FrozenProblem::contacts() const {
 double FrozenProblem::asymmetry() const {
   const SparseMatrix difference = matrix - SparseMatrix(matrix.transpose());
   const auto largest = [](const SparseMatrix& m) {
-    return m.nonZeros() == 0
-               ? 0
-               : Eigen::Map<const Eigen::VectorXd>(m.valuePtr(), m.nonZeros()).cwiseAbs().maxCoeff();
+    return m.nonZeros() == 0 ? 0 : m.coeffs().abs().maxCoeff();
   };
   const double scale = largest(matrix);
   return scale > 0 ? largest(difference) / scale : 0;

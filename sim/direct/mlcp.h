@@ -183,8 +183,7 @@ class MlcpSolver {
 
   // mlcp_factorisation.cpp
   void analyse();
-  std::vector<std::vector<int>> order_bodies(int bodies);
-  void list_neighbours(const std::vector<std::vector<int>>& eliminated);
+  void order_bodies();
   int block_of(int p, int q) const;
   void list_updates();
   void add_product(std::size_t row_index, const Vector6& column_a, const Vector6& column_b,

@@ -91,8 +91,9 @@ void add_products(const Vector6* columns, const Vector6* rows, int count, Matrix
 }  // namespace
 
 /// Orders the bodies by minimum degree, of equal ones the lowest index first: chains, trees and stacks get
-/// little fill. Returns each body's neighbours at its elimination.
-std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
+/// little fill. Lists each body's neighbours at its elimination.
+void MlcpSolver::order_bodies() {
+  const int bodies = problem_->bodies;
   std::vector<std::vector<int>> adjacent(bodies);
   for (const auto& [a, b] : pairs_) {
     adjacent[a].push_back(b);
@@ -100,7 +101,6 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
   }
   order_.clear();
   position_.assign(bodies, -1);
-  std::vector<std::vector<int>> eliminated(bodies);
   std::vector<std::vector<int>> of_degree(bodies + 1);  // candidates; an entry may be out of date
   for (int body = bodies - 1; body >= 0; --body) of_degree[adjacent[body].size()].push_back(body);
   std::size_t degree = 0;
@@ -111,7 +111,6 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
     if (position_[body] >= 0 || adjacent[body].size() != degree) continue;
     position_[body] = static_cast<int>(order_.size());
     order_.push_back(body);
-    eliminated[body] = adjacent[body];
     for (const int one : adjacent[body]) {
       std::vector<int>& list = adjacent[one];
       std::erase(list, body);
@@ -122,14 +121,10 @@ std::vector<std::vector<int>> MlcpSolver::order_bodies(int bodies) {
       degree = std::min(degree, list.size());
     }
   }
-  return eliminated;
-}
-
-void MlcpSolver::list_neighbours(const std::vector<std::vector<int>>& eliminated) {
   neighbour_begin_.assign(1, 0);
   neighbours_.clear();
   for (const int body : order_) {
-    for (const int other : eliminated[body]) neighbours_.push_back(position_[other]);
+    for (const int other : adjacent[body]) neighbours_.push_back(position_[other]);
     std::sort(neighbours_.begin() + neighbour_begin_.back(), neighbours_.end());
     neighbour_begin_.push_back(static_cast<int>(neighbours_.size()));
   }
@@ -172,7 +167,7 @@ void MlcpSolver::analyse() {
   const bool known = pairs_ == pattern_ && static_cast<int>(order_.size()) == problem_->bodies;
   if (!known) {
     pattern_ = pairs_;
-    list_neighbours(order_bodies(problem_->bodies));
+    order_bodies();
     list_updates();
     blocks_.resize(problem_->bodies + 2 * neighbours_.size());
     inverse_.resize(problem_->bodies);

@@ -8,26 +8,21 @@ namespace substep {
 namespace {
 
 bool overlap(const Bounds& a, const Bounds& b, int axis) {
-  return a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
-}
-
-bool is_inside(const Bounds& box, const Bounds& enlarged) {
-  return (box.lower.array() >= enlarged.lower.array()).all() &&
-         (box.upper.array() <= enlarged.upper.array()).all();
+  return a.min()[axis] <= b.max()[axis] && b.min()[axis] <= a.max()[axis];
 }
 
 /// Enlarges a box by a twentieth of its largest finite side. A resting box stays inside.
 Bounds enlarged(const Bounds& box) {
   double largest = 0;
-  for (const double side : box.upper - box.lower) {
+  for (const double side : box.sizes()) {
     if (std::isfinite(side)) largest = std::max(largest, side);
   }
   const Vector3 spare = Vector3::Constant(largest / 20);
-  return {box.lower - spare, box.upper + spare};
+  return {box.min() - spare, box.max() + spare};
 }
 
 bool has_nan(const Bounds& box) {
-  return box.lower.hasNaN() || box.upper.hasNaN();
+  return box.min().hasNaN() || box.max().hasNaN();
 }
 
 /// Lanes of equal width along one axis. A box no wider than a lane is kept in the lane of its lower side, so
@@ -41,14 +36,14 @@ struct Lanes {
   /// Returns true for a box a little narrower than a lane, so that rounding cannot make it reach two lanes
   /// further.
   bool hold(const Bounds& box) const {
-    return box.upper[axis] - box.lower[axis] <= 0.99 * width && std::isfinite(box.lower[axis]);
+    return box.max()[axis] - box.min()[axis] <= 0.99 * width && std::isfinite(box.min()[axis]);
   }
   std::uint32_t of(double position) const {
     if (count == 1 || !(position > first)) return 0;
     return static_cast<std::uint32_t>(std::min((position - first) / width, count - 1.0));
   }
-  std::uint32_t from(const Bounds& box) const { return std::max(of(box.lower[axis]), 1U) - 1; }
-  std::uint32_t to(const Bounds& box) const { return of(box.upper[axis]); }
+  std::uint32_t from(const Bounds& box) const { return std::max(of(box.min()[axis]), 1U) - 1; }
+  std::uint32_t to(const Bounds& box) const { return of(box.max()[axis]); }
 };
 
 /// Returns lanes a little wider than the box of median width; `widths` is scratch memory.
@@ -58,7 +53,7 @@ Lanes make_lanes(int axis, const std::vector<Bounds>& boxes, std::uint32_t most,
   lanes.axis = axis;
   widths.clear();
   for (const Bounds& box : boxes) {
-    const double width = box.upper[axis] - box.lower[axis];
+    const double width = box.max()[axis] - box.min()[axis];
     if (std::isfinite(width)) widths.push_back(width);
   }
   if (widths.empty()) return lanes;
@@ -70,8 +65,8 @@ Lanes make_lanes(int axis, const std::vector<Bounds>& boxes, std::uint32_t most,
   double last = -infinity;
   for (const Bounds& box : boxes) {
     if (!lanes.hold(box)) continue;
-    lanes.first = std::min(lanes.first, box.lower[axis]);
-    last = std::max(last, box.lower[axis]);
+    lanes.first = std::min(lanes.first, box.min()[axis]);
+    last = std::max(last, box.min()[axis]);
   }
   if (last > lanes.first && lanes.width > 0) {
     lanes.width = std::max(lanes.width, (last - lanes.first) / most);
@@ -87,10 +82,10 @@ int axis_of_largest_spread(const std::vector<Bounds>& boxes) {
   Vector3 squares = Vector3::Zero();
   double finite = 0;
   for (const Bounds& box : boxes) {
-    const Vector3 size = box.upper - box.lower;
+    const Vector3 size = box.sizes();
     if (!size.allFinite()) continue;
-    if (finite == 0) origin = box.lower;
-    const Vector3 middle = box.lower - origin + size / 2;
+    if (finite == 0) origin = box.min();
+    const Vector3 middle = box.min() - origin + size / 2;
     sum += middle;
     squares += middle.cwiseProduct(middle);
     ++finite;
@@ -113,13 +108,14 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
   }
   for (Entry& entry : order_) {
     // A box with NaN has no position in an order; the sweep skips it.
-    entry.lower = has_nan(boxes[entry.box]) ? infinity : boxes[entry.box].lower[axis];
+    entry.lower = has_nan(boxes[entry.box]) ? infinity : boxes[entry.box].min()[axis];
   }
   sort_nearly_sorted(order_, precedes);  // few entries change their position from one step to the next
 }
 
 void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {
   pairs_tested_ = 0;
+  const auto is_inside = [](const Bounds& box, const Bounds& larger) { return larger.contains(box); };
   if (!std::ranges::equal(boxes, enlarged_, is_inside)) {
     enlarged_.resize(boxes.size());
     std::ranges::transform(boxes, enlarged_.begin(), enlarged);
@@ -128,9 +124,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {
   }
   pairs.clear();
   for (const auto& [i, j] : near_) {
-    const Bounds& a = boxes[i];
-    const Bounds& b = boxes[j];
-    if (overlap(a, b, 0) && overlap(a, b, 1) && overlap(a, b, 2)) pairs.emplace_back(i, j);
+    if (boxes[i].intersects(boxes[j])) pairs.emplace_back(i, j);
   }
 }
 
@@ -158,7 +152,7 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
       for (std::uint32_t* link = &head; *link != no_index;) {
         const std::uint32_t other = *link;
         ++pairs_tested_;
-        if (boxes[other].upper[sweep] < entry.lower) {
+        if (boxes[other].max()[sweep] < entry.lower) {
           *link = next_[other];
           continue;
         }
@@ -176,7 +170,7 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
     search(heads_[wide]);
     const bool fits = rows.hold(box) && columns.hold(box);
     std::uint32_t& head =
-        heads_[fits ? rows.of(box.lower[rows.axis]) * columns.count + columns.of(box.lower[columns.axis])
+        heads_[fits ? rows.of(box.min()[rows.axis]) * columns.count + columns.of(box.min()[columns.axis])
                     : wide];
     next_[entry.box] = head;
     head = entry.box;

@@ -25,43 +25,37 @@ Capsule as_capsule(const Shape& sphere_or_capsule) {
 /// b's.
 void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                   Contacts& out) {
+  const bool a_is_plane = std::holds_alternative<Plane>(a);
+  const auto* const polytope_a = std::get_if<Polytope>(&a);
   if (const auto* mesh = std::get_if<TriangleMesh>(&b)) {
     // Planes and meshes never move.
-    if (!std::holds_alternative<Plane>(a) && !std::holds_alternative<TriangleMesh>(a)) {
+    if (!a_is_plane && !std::holds_alternative<TriangleMesh>(a)) {
       find_shape_mesh(a, pose_a, *mesh, pose_b, margin, out);
     }
-    return;
-  }
-  if (std::holds_alternative<Cylinder>(b) || std::holds_alternative<TaperedCapsule>(b)) {
+  } else if (std::holds_alternative<Cylinder>(b) || std::holds_alternative<TaperedCapsule>(b)) {
     const RevolvedSolid solid = *as_revolved(b, pose_b);
     const std::size_t first = out.size();
-    if (std::holds_alternative<Plane>(a)) {
+    if (a_is_plane) {
       find_revolved_plane(solid, pose_a, margin, out);
-    } else if (const auto* polytope = std::get_if<Polytope>(&a)) {
-      find_round_polytope(b, pose_b, *polytope, pose_a, margin, out);
+    } else if (polytope_a) {
+      find_round_polytope(b, pose_b, *polytope_a, pose_a, margin, out);
     } else {
       find_revolved_revolved(*as_revolved(a, pose_a), solid, margin, out);
       return;
     }
     mirror(out, first);
-    return;
-  }
-  if (const auto* polytope = std::get_if<Polytope>(&b)) {
-    if (const auto* other = std::get_if<Polytope>(&a)) {
-      if (other->box && polytope->box) {
-        find_box_box(*other, pose_a, *polytope, pose_b, margin, out);
-      } else {
-        find_polytope_polytope(*other, pose_a, *polytope, pose_b, margin, out);
-      }
-    } else if (std::holds_alternative<Plane>(a)) {
+  } else if (const auto* polytope = std::get_if<Polytope>(&b)) {
+    if (polytope_a && polytope_a->half_box && polytope->half_box) {
+      find_box_box(*polytope_a, pose_a, *polytope, pose_b, margin, out);
+    } else if (polytope_a) {
+      find_polytope_polytope(*polytope_a, pose_a, *polytope, pose_b, margin, out);
+    } else if (a_is_plane) {
       find_plane_polytope(pose_a, *polytope, pose_b, margin, out);
     } else {
       find_capsule_polytope(as_capsule(a), pose_a, *polytope, pose_b, margin, out);
     }
-  } else if (std::holds_alternative<Plane>(a)) {
-    return;  // two planes never move: no contacts
   } else if (std::holds_alternative<Plane>(b)) {
-    find_capsule_plane(as_capsule(a), pose_a, pose_b, margin, out);
+    if (!a_is_plane) find_capsule_plane(as_capsule(a), pose_a, pose_b, margin, out);
   } else {
     find_capsule_capsule(as_capsule(a), pose_a, as_capsule(b), pose_b, margin, out);
   }
@@ -77,7 +71,6 @@ std::array<double, 7> numbers(const Pose& pose) {
 /// that contacts(b, a) mirror contacts(a, b) where the search prefers one side.
 bool is_reversed(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (a.index() != b.index()) return a.index() > b.index();
-  if (pose_a.position.x() != pose_b.position.x()) return pose_a.position.x() > pose_b.position.x();
   return numbers(pose_a) > numbers(pose_b);
 }
 
@@ -95,29 +88,19 @@ Bounds bounds_of(const Plane& /*plane*/, const Pose& pose) {
   for (int axis = 0; axis < 3; ++axis) {
     // A quarter turn leaves this much of the other axes by rounding.
     if ((normal - normal[axis] * Vector3::Unit(axis)).cwiseAbs().maxCoeff() > 1e-15) continue;
-    (normal[axis] > 0 ? result.upper : result.lower)[axis] = pose.position[axis];
+    (normal[axis] > 0 ? result.max() : result.min())[axis] = pose.position[axis];
   }
   return result;
 }
 
 Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
   const Matrix3 rotation = pose.orientation.toRotationMatrix();
-  if (polytope.box) {
-    const Vector3& half = polytope.box->half_size;
-    const Matrix3 axes = rotation * polytope.box->pose.orientation.toRotationMatrix();
-    return around(rotation * polytope.box->pose.position + pose.position, axes.cwiseAbs() * half);
-  }
+  if (polytope.half_box) return around(pose.position, rotation.cwiseAbs() * *polytope.half_box);
   if (polytope.ellipsoid)
     return around(pose.position, (rotation * polytope.ellipsoid->asDiagonal()).rowwise().norm());
-  Bounds result{rotation * polytope.vertices[0], rotation * polytope.vertices[0]};
-  for (const Vector3& vertex : polytope.vertices) {
-    const Vector3 turned = rotation * vertex;
-    result.lower = result.lower.cwiseMin(turned);
-    result.upper = result.upper.cwiseMax(turned);
-  }
-  result.lower += pose.position;
-  result.upper += pose.position;
-  return result;
+  Bounds result;
+  for (const Vector3& vertex : polytope.vertices) result.extend(rotation * vertex);
+  return result.translate(pose.position);
 }
 
 /// Returns the bounds of two balls, or of two discs across the axis, around ∓half along the axis.
@@ -146,9 +129,9 @@ Bounds bounds_of(const Capsule& capsule, const Pose& pose) {
 
 Bounds bounds_of(const TriangleMesh& mesh, const Pose& pose) {
   const Bounds& own = mesh.nodes[0].bounds;
-  const Vector3 half = (own.upper - own.lower) / 2;
+  const Vector3 half = own.sizes() / 2;
   const Matrix3 rotation = pose.orientation.toRotationMatrix();
-  return around(pose.position + rotation * (own.lower + half), rotation.cwiseAbs() * half);
+  return around(pose.position + rotation * (own.min() + half), rotation.cwiseAbs() * half);
 }
 
 }  // namespace

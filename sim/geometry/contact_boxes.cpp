@@ -1,7 +1,6 @@
-// Finds contacts of two boxes, the most frequent pair in piles, in arrays of fixed size.
+// Finds contacts of two boxes, the most frequent pair in piles.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "sim/geometry/contact_pairs.h"
@@ -26,33 +25,22 @@ struct Relative {
   Vector3 centre;
 };
 
-/// A list of up to 8 items: the four corners of a face, and one more for each cut by a side.
-template <class Item>
-class ShortList {
- public:
-  std::size_t size() const { return size_; }
-  const Item& operator[](std::size_t i) const { return items_[i]; }
-  const Item* begin() const { return items_.data(); }
-  const Item* end() const { return items_.data() + size_; }
-  void push_back(const Item& item) { items_[size_++] = item; }
-  void clear() { size_ = 0; }
-  void erase(std::size_t index) {
-    std::copy(items_.begin() + index + 1, items_.begin() + size_, items_.begin() + index);
-    --size_;
+/// The incident face seen from the reference face: each corner's position in the plane (x, y) and height
+/// above it (z). Has room from the start: boxes that lie flat in the first step may be cut later.
+struct BoxFace : CutPolygon {
+  BoxFace() {
+    constexpr std::size_t most = 8;  // four corners, and one more for each cut by a side
+    corners.reserve(most);
+    kept.reserve(most);
+    distances.reserve(most);
   }
-
- private:
-  std::array<Item, 8> items_;
-  std::size_t size_ = 0;
 };
 
-/// The incident face seen from the reference face: each corner's position in the plane (x, y) and height
-/// above it (z).
-using Corners = ShortList<Vector3>;
+thread_local BoxFace box_face;
 
 /// Removes corners beyond four that are no farther than `distance` from the line through those beside them,
 /// the nearest first.
-void simplify(Corners& corners, double distance) {
+void simplify(std::vector<Vector3>& corners, double distance) {
   while (corners.size() > 4) {
     std::size_t nearest = corners.size();
     double least = distance * distance;
@@ -68,14 +56,9 @@ void simplify(Corners& corners, double distance) {
       least = area * area / length_squared;
     }
     if (nearest == corners.size()) return;
-    corners.erase(nearest);
+    corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(nearest));
   }
 }
-
-struct BoxFaceAxis {
-  double separation = -infinity;
-  int axis = 0;
-};
 
 struct BoxEdgeAxis {
   double separation = -infinity;
@@ -95,13 +78,13 @@ class BoxPair {
 
   /// Tests the 15 axes. Returns false when one of them shows a gap of the margin or more.
   bool separate() {
-    for (int i = 0; i < 3; ++i) {
+    for (std::uint32_t i = 0; i < 3; ++i) {
       const double reach = a_.half_size[i] + absolute_.row(i).dot(b_.half_size);
       const double separation = std::abs(b_in_a_.centre[i]) - reach;
       if (separation > face_a_.separation) face_a_ = {separation, i};
     }
     if (face_a_.separation >= margin_) return false;
-    for (int j = 0; j < 3; ++j) {
+    for (std::uint32_t j = 0; j < 3; ++j) {
       const double reach = b_.half_size[j] + absolute_.col(j).dot(a_.half_size);
       const double separation = std::abs(a_in_b_.centre[j]) - reach;
       if (separation > face_b_.separation) face_b_ = {separation, j};
@@ -142,16 +125,11 @@ class BoxPair {
     const bool second =
         face_b_.separation > face_a_.separation + second_face_preference(face_a_.separation, size_);
     if (edge_.separation > face + face_preference(face, size_)) return add_edge_contact();
-    if (second ? add_face_contacts(b_, a_, a_in_b_, face_b_.axis, false)
-               : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true)) {
-      return true;
-    }
+    if (add_face_contacts(second, false)) return true;
     // The preferred axis has no contact, so the axis of the largest separation decides.
     if (separation() > 0) return false;
     if (edge_.separation > face) return add_edge_contact();
-    const bool other = face_b_.separation > face_a_.separation;
-    return other ? add_face_contacts(b_, a_, a_in_b_, face_b_.axis, false, true)
-                 : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true, true);
+    return add_face_contacts(face_b_.separation > face_a_.separation, true);
   }
 
   double separation() const { return std::max({face_a_.separation, face_b_.separation, edge_.separation}); }
@@ -161,9 +139,9 @@ class BoxPair {
     const double largest = separation();
     Vector3 axis;
     if (face_a_.separation == largest) {
-      axis = a_.axes.col(face_a_.axis);
+      axis = a_.axes.col(face_a_.face);
     } else if (face_b_.separation == largest) {
-      axis = b_.axes.col(face_b_.axis);
+      axis = b_.axes.col(face_b_.face);
     } else {
       axis = a_.axes.col(edge_.of_a).cross(b_.axes.col(edge_.of_b)).normalized();
     }
@@ -171,47 +149,61 @@ class BoxPair {
   }
 
  private:
-  /// Clips the face of `incident` that looks most against the reference face by the sides of the latter.
-  /// `by_force` takes its lowest corner if nothing remains, which only rounding can bring about.
-  bool add_face_contacts(const WorldBox& reference, const WorldBox& incident, const Relative& relative,
-                         int axis, bool reference_is_a, bool by_force = false) {
-    const double side = relative.centre[axis] < 0 ? -1 : 1;
+  /// Puts into box_face the face of `incident` that looks most against the face of the reference box at
+  /// side * plane along an axis.
+  static void load_box_face(const WorldBox& incident, const Relative& relative, std::uint32_t axis,
+                            double side, double plane) {
     int facing = 0;
     relative.axes.row(axis).cwiseAbs().maxCoeff(&facing);
     const double facing_side = side * relative.axes(axis, facing) > 0 ? -1 : 1;
-    const int x = (axis + 1) % 3;
-    const int y = (axis + 2) % 3;
-
     const Vector3 middle =
         relative.centre + facing_side * incident.half_size[facing] * relative.axes.col(facing);
     const int first = (facing + 1) % 3;
     const int second = (facing + 2) % 3;
     const Vector3 u = incident.half_size[first] * relative.axes.col(first);
     const Vector3 v = incident.half_size[second] * relative.axes.col(second);
-    const double plane = reference.half_size[axis];
-    Corners corners;
-    Vector3 lowest = {0, 0, infinity};
+    box_face.clear();
     for (const auto& [su, sv] : {std::pair{1.0, 1.0}, {-1.0, 1.0}, {-1.0, -1.0}, {1.0, -1.0}}) {
       const Vector3 point = middle + su * u + sv * v;
-      const Vector3 corner = {point[x], point[y], side * point[axis] - plane};
-      if (corner.z() < lowest.z()) lowest = corner;
-      corners.push_back(corner);
+      box_face.corners.emplace_back(point[(axis + 1) % 3], point[(axis + 2) % 3], side * point[axis] - plane);
     }
-    cut(corners, reference.half_size[x], reference.half_size[y]);
+  }
+
+  /// Clips the incident face by the sides of the reference face. `by_force` takes its lowest corner if
+  /// nothing remains, which only rounding can bring about.
+  bool add_face_contacts(bool reference_is_b, bool by_force) {
+    const WorldBox& reference = reference_is_b ? b_ : a_;
+    const Relative& relative = reference_is_b ? a_in_b_ : b_in_a_;
+    const auto& [separation, axis] = reference_is_b ? face_b_ : face_a_;
+    const std::uint32_t x = (axis + 1) % 3;
+    const std::uint32_t y = (axis + 2) % 3;
+    const double side = relative.centre[axis] < 0 ? -1 : 1;
+    const double plane = reference.half_size[axis];
+    load_box_face(reference_is_b ? a_ : b_, relative, axis, side, plane);
+    std::vector<Vector3>& corners = box_face.corners;
+    const auto height_of = [](const Vector3& corner) { return corner.z(); };
+    const Vector3 lowest = *std::ranges::min_element(corners, {}, height_of);
+    const double tolerance = flush_share * size_;
+    for (const double sign : {1.0, -1.0}) {
+      box_face.cut(tolerance,
+                   [&](const Vector3& corner) { return sign * corner.x() - reference.half_size[x]; });
+    }
+    for (const double sign : {1.0, -1.0}) {
+      box_face.cut(tolerance,
+                   [&](const Vector3& corner) { return sign * corner.y() - reference.half_size[y]; });
+    }
 
     double least = infinity;
     for (const Vector3& corner : corners) least = std::min(least, corner.z());
     // Where the lowest point is cut away, this is not the face at which the two meet.
-    const double separation = (reference_is_a ? face_a_ : face_b_).separation;
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
-      corners.clear();
-      corners.push_back(lowest);
+      corners.assign(1, lowest);
     }
 
     simplify(corners, slight * size_);
     const Vector3 outward = side * reference.axes.col(axis);
-    const Vector3 normal = reference_is_a ? Vector3(-outward) : outward;
+    const Vector3 normal = reference_is_b ? outward : Vector3(-outward);
     for (const Vector3& corner : corners) {
       const double height = corner.z();
       if (height >= margin_) continue;
@@ -221,24 +213,10 @@ class BoxPair {
       local[axis] = side * plane;
       const Vector3 on_reference = reference.axes * local + reference.centre;
       const Vector3 on_incident = on_reference + height * outward;
-      out_.push_back({reference_is_a ? on_reference : on_incident,
-                      reference_is_a ? on_incident : on_reference, normal, height});
+      out_.push_back({reference_is_b ? on_incident : on_reference,
+                      reference_is_b ? on_reference : on_incident, normal, height});
     }
     return true;
-  }
-
-  /// Cuts the incident face by the sides of the reference face at x = ±half_x and y = ±half_y.
-  void cut(Corners& corners, double half_x, double half_y) const {
-    Corners kept;
-    ShortList<double> distances;
-    const auto cut_to = [&](int k, double sign, double limit) {
-      const auto outside = [&](const Vector3& corner) { return sign * corner[k] - limit; };
-      if (cut_polygon(corners, kept, distances, flush_share * size_, outside)) corners = kept;
-    };
-    cut_to(0, 1, half_x);
-    cut_to(0, -1, half_x);
-    cut_to(1, 1, half_y);
-    cut_to(1, -1, half_y);
   }
 
   bool add_edge_contact() {
@@ -271,8 +249,8 @@ class BoxPair {
   Relative b_in_a_;
   Relative a_in_b_;
   Matrix3 absolute_;  ///< |b_in_a_.axes|
-  BoxFaceAxis face_a_;
-  BoxFaceAxis face_b_;
+  FaceAxis face_a_;
+  FaceAxis face_b_;
   BoxEdgeAxis edge_;
 };
 
@@ -280,14 +258,10 @@ class BoxPair {
 
 void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
                   Contacts& out) {
-  const Vector3 centre_a = pose_a * a.box->pose.position;
-  const Vector3 centre_b = pose_b * b.box->pose.position;
   const double reach = a.bounding_radius + b.bounding_radius + margin;
-  if ((centre_a - centre_b).squaredNorm() >= reach * reach) return;
-  const WorldBox box_a = {centre_a, (pose_a.orientation * a.box->pose.orientation).toRotationMatrix(),
-                          a.box->half_size};
-  const WorldBox box_b = {centre_b, (pose_b.orientation * b.box->pose.orientation).toRotationMatrix(),
-                          b.box->half_size};
+  if ((pose_a.position - pose_b.position).squaredNorm() >= reach * reach) return;
+  const WorldBox box_a = {pose_a.position, pose_a.orientation.toRotationMatrix(), *a.half_box};
+  const WorldBox box_b = {pose_b.position, pose_b.orientation.toRotationMatrix(), *b.half_box};
   const double size = 2 * std::min(a.bounding_radius, b.bounding_radius);
   BoxPair pair(box_a, box_b, size, margin, out);
   if (!pair.separate() || pair.add_contacts()) return;

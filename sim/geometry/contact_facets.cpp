@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim/geometry/contact_pairs.h"
-#include "sim/math/find_root.h"
 
 namespace substep {
 namespace {
@@ -14,22 +13,6 @@ namespace {
 constexpr double level = 1e-6;
 
 thread_local std::vector<Vector3> polygon_memory;
-
-/// A direction from b to a, and the separation along it.
-struct FacetsAxis {
-  double separation = -infinity;
-  Vector3 normal = Vector3::Zero();
-};
-
-struct FacetsFaceAxis : FacetsAxis {
-  bool of_b = false;
-  std::uint32_t face = 0;  ///< of b, or the disc of a
-};
-
-struct FacetsEdgeAxis : FacetsAxis {
-  std::uint32_t arc = no_index;  ///< of b
-  bool of_neighbour = false;     ///< it is the normal of the triangle next to b
-};
 
 /// Returns the unit vector at a fraction of the way along the chord from one to another.
 Vector3 between(const Vector3& first, const Vector3& last, double part) {
@@ -128,33 +111,27 @@ class RevolvedSearch {
 
   /// Searches part of an arc along which the separation is smooth.
   bool search_part(std::uint32_t i, double low, double high) {
+    const Facets::Arc& arc = b_.arcs[i];
+    const Vector3& vertex = b_.vertices[arc.from];
+    const Vector3 along = (b_.vertices[arc.to] - vertex).normalized();
     // Deeply overlapping, an arc can have several best directions.
     const int pieces = face_.separation < -0.1 * size_ ? 4 : 1;
     for (int k = 0; k < pieces; ++k) {
       const double from = low + (high - low) * k / pieces;
       const double to = low + (high - low) * (k + 1) / pieces;
-      if (!search_piece(i, from, to)) return false;
+      const Vector3 middle = between(arc.first, arc.last, (from + to) / 2);
+      const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
+      const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
+      // Derivative of the separation along the arc.
+      const auto slope = [&](double part) {
+        const Vector3 n = between(arc.first, arc.last, from + part * (to - from));
+        return sense * along.cross(n).dot(a_.support(-n, is_top ? 1 : 0) - vertex);
+      };
+      if (!(slope(0) > 0)) continue;
+      const double part = from + find_root(slope) * (to - from);
+      if (!consider(between(arc.first, arc.last, part), i, false)) return false;
     }
     return true;
-  }
-
-  /// Searches a piece of an arc for the direction at which the separation stops growing.
-  bool search_piece(std::uint32_t i, double low, double high) {
-    const Facets::Arc& arc = b_.arcs[i];
-    const Vector3& vertex = b_.vertices[arc.from];
-    const Vector3 along = (b_.vertices[arc.to] - vertex).normalized();
-    const Vector3 middle = between(arc.first, arc.last, (low + high) / 2);
-    const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
-    const int end = is_top ? 1 : 0;
-    const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
-    // Derivative of the separation along the arc.
-    const auto slope = [&](double part) {
-      const Vector3 n = between(arc.first, arc.last, low + part * (high - low));
-      return sense * along.cross(n).dot(a_.support(-n, end) - vertex);
-    };
-    if (!(slope(0) > 0)) return true;
-    const double part = low + find_root(slope) * (high - low);
-    return consider(between(arc.first, arc.last, part), i, false);
   }
 
   void add_contacts() {
@@ -202,16 +179,14 @@ class RevolvedSearch {
   /// Returns the edge of b that is highest along the axis to within `near` and most along a's line; a vertex
   /// if there is none.
   Segment edge_of_b(const Segment& of_a, double near) const {
-    if (edge_.arc != no_index) {
-      return {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
-    }
+    if (edge_.arc != no_index) return b_.edge(b_.arcs[edge_.arc]);
     std::uint32_t vertex = 0;
     const double highest = b_.height(edge_.normal, vertex);
     Segment best = {b_.vertices[vertex], b_.vertices[vertex]};
     double most = -1;
     for (const Facets::Arc& arc : b_.arcs) {
       if (arc.from != vertex && arc.to != vertex) continue;
-      const Segment edge = {b_.vertices[arc.from], b_.vertices[arc.to]};
+      const Segment edge = b_.edge(arc);
       if (std::min(edge_.normal.dot(edge.from), edge_.normal.dot(edge.to)) < highest - near) continue;
       const double along = std::abs((edge.to - edge.from).normalized().dot(of_a.to - of_a.from));
       if (along <= most) continue;
@@ -232,20 +207,17 @@ class RevolvedSearch {
 
 }  // namespace
 
-void Facets::load(const Polytope& polytope, const Matrix3& rotation, const Vector3& position) {
+void Facets::load(const Polytope& polytope, const Matrix3& rotation) {
   mesh = nullptr;
   around.clear();
   size = 2 * polytope.bounding_radius;
   vertices.clear();
-  for (const Vector3& vertex : polytope.vertices) vertices.push_back(rotation * vertex + position);
-  face_begin.assign(polytope.face_begin.begin(), polytope.face_begin.end());
-  face_vertices.assign(polytope.face_vertices.begin(), polytope.face_vertices.end());
+  for (const Vector3& vertex : polytope.vertices) vertices.push_back(rotation * vertex);
+  face_begin = polytope.face_begin;
+  face_vertices = polytope.face_vertices;
   face_normals.clear();
-  face_offsets.clear();
-  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
-    face_normals.push_back(rotation * polytope.face_normals[f]);
-    face_offsets.push_back(polytope.face_offsets[f] + face_normals[f].dot(position));
-  }
+  for (const Vector3& normal : polytope.face_normals) face_normals.push_back(rotation * normal);
+  face_offsets = polytope.face_offsets;
   arcs.clear();
   for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
     arcs.push_back({polytope.edges[e][0], polytope.edges[e][1], face_normals[polytope.edge_faces[e][0]],

@@ -40,11 +40,12 @@ struct Facets {
   std::array<bool, 3> continues{};  ///< whether the mesh continues in the same plane behind a side
   std::vector<Vector3> around;      ///< normals of the triangles behind its convex sides
 
-  /// Places a polytope: vertex → rotation * vertex + position.
-  void load(const Polytope& polytope, const Matrix3& rotation, const Vector3& position);
+  /// Turns a polytope: vertex → rotation * vertex.
+  void load(const Polytope& polytope, const Matrix3& rotation);
   /// Moves a triangle by −origin. With `from_behind` it is seen from its other side.
   void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
 
+  Segment edge(const Arc& arc) const { return {vertices[arc.from], vertices[arc.to]}; }
   /// Returns the farthest extent along a direction, and its vertex.
   double height(const Vector3& direction, std::uint32_t& vertex) const {
     return farthest(vertices, direction, vertex);
@@ -56,6 +57,23 @@ struct Facets {
   std::uint32_t face_at(std::uint32_t vertex, const Vector3& direction) const;
   /// Returns the corners of a face, in `memory`.
   Polygon polygon(std::uint32_t face, std::vector<Vector3>& memory) const;
+};
+
+/// A direction from b to a, and the separation along it.
+struct FacetsAxis {
+  double separation = -infinity;
+  Vector3 normal = Vector3::Zero();
+};
+
+struct FacetsFaceAxis : FacetsAxis {
+  bool of_b = false;
+  std::uint32_t face = 0;  ///< of b, or the face or disc of a
+};
+
+struct FacetsEdgeAxis : FacetsAxis {
+  std::uint32_t arc = no_index;    ///< of b
+  bool of_neighbour = false;       ///< it is the normal of the triangle next to b
+  std::uint32_t arc_a = no_index;  ///< where a has arcs
 };
 
 /// Finds contacts of a revolved solid a and facets b in one frame.

@@ -11,23 +11,6 @@
 namespace substep {
 namespace {
 
-/// A direction from b to a, and the separation along it.
-struct MeshAxis {
-  double separation = -infinity;
-  Vector3 normal = Vector3::Zero();
-};
-
-struct MeshFaceAxis : MeshAxis {
-  bool of_b = false;
-  std::uint32_t face = 0;  ///< of a, where it is not of b
-};
-
-struct MeshEdgeAxis : MeshAxis {
-  std::uint32_t arc = no_index;    ///< of b
-  std::uint32_t arc_a = no_index;  ///< of a
-  bool of_neighbour = false;       ///< it is the normal of the triangle next to b
-};
-
 /// Largest angle between the normals of contacts of one face, rad.
 constexpr double one_direction = 1e-6;
 
@@ -64,7 +47,7 @@ class TriangleSearch {
     for (const Vector3& n : b_.around) {
       const double separation = separation_along(n);
       if (separation >= margin_) return;
-      if (separation > edge_.separation) edge_ = {{separation, n}, no_index, no_index, true};
+      if (separation > edge_.separation) edge_ = {{separation, n}, no_index, true};
     }
     for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
       if (!search_arc(i)) return;
@@ -76,8 +59,8 @@ class TriangleSearch {
     // Far below the face's, an edge's direction is not the one in which the two meet.
     const bool is_near = edge_.separation > face_.separation - preference;
     if (is_near && edge_.arc != no_index) {
-      const Segment of_a = edge_of(a_, edge_.arc_a);
-      const Segment of_b = edge_of(b_, edge_.arc);
+      const Segment of_a = a_.edge(a_.arcs[edge_.arc_a]);
+      const Segment of_b = b_.edge(b_.arcs[edge_.arc]);
       Manifold manifold(edge_.normal, size_, margin_, out_);
       const double near = face_preference(edge_.separation, size_);
       if (manifold.add_beside(of_a, of_b, near) || manifold.add_crossing(of_a, of_b)) return;
@@ -87,10 +70,6 @@ class TriangleSearch {
   }
 
  private:
-  static Segment edge_of(const Facets& facets, std::uint32_t arc) {
-    return {facets.vertices[facets.arcs[arc].from], facets.vertices[facets.arcs[arc].to]};
-  }
-
   double separation_along(const Vector3& n) const {
     std::uint32_t vertex = 0;
     return -a_.height(-n, vertex) - b_.height(n, vertex);
@@ -102,7 +81,7 @@ class TriangleSearch {
     const Vector3& front = b_.face_normals[0];
     face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
     if (face_.separation >= margin_) return false;
-    MeshFaceAxis of_a;
+    FacetsFaceAxis of_a;
     for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
       const Vector3 n = -a_.face_normals[f];
       const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
@@ -118,15 +97,14 @@ class TriangleSearch {
   /// by the margin.
   bool search_arc(std::uint32_t i) {
     const Facets::Arc& arc = b_.arcs[i];
-    const Vector3& from = b_.vertices[arc.from];
-    const PolytopeEdge of_b = {
-        from, b_.vertices[arc.to] - from, {arc.first, arc.last}, arc.first.cross(arc.last)};
+    const auto [from, to] = b_.edge(arc);
+    const PolytopeEdge of_b = {from, to - from, {arc.first, arc.last}, arc.first.cross(arc.last)};
     for (std::uint32_t k = 0; k < scratch.edges_a.size(); ++k) {
       Vector3 n;
       if (!cross_edges(of_b, scratch.edges_a[k], n)) continue;
       const double separation = separation_along(n);
       if (separation <= edge_.separation) continue;
-      edge_ = {{separation, n}, i, k, false};
+      edge_ = {{separation, n}, i, false, k};
       if (separation >= margin_) return false;
     }
     return true;
@@ -150,8 +128,8 @@ class TriangleSearch {
   void add_closest() {
     ClosestPair closest = {.squared_distance = margin_ * margin_};
     const Polygon triangle = b_.polygon(0, scratch.corners_b);
-    for (std::uint32_t k = 0; k < a_.arcs.size(); ++k) {
-      for (std::size_t i = 0; i < 3; ++i) closest.consider(edge_of(a_, k), triangle.side(i));
+    for (const Facets::Arc& arc : a_.arcs) {
+      for (std::size_t i = 0; i < 3; ++i) closest.consider(a_.edge(arc), triangle.side(i));
     }
     const double distance = std::sqrt(closest.squared_distance);
     if (closest.squared_distance == margin_ * margin_ || distance <= flush_share * size_) return;
@@ -168,8 +146,8 @@ class TriangleSearch {
   double size_;
   double margin_;
   Contacts& out_;
-  MeshFaceAxis face_;
-  MeshEdgeAxis edge_;
+  FacetsFaceAxis face_;
+  FacetsEdgeAxis edge_;
 };
 
 /// Puts the corners of the convex hull of scratch.group, counter-clockwise, into scratch.hull.
@@ -235,8 +213,8 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
   const Quaternion back = pose_b.orientation.conjugate();
   const Pose in_mesh = {back * (pose_a.position - pose_b.position), back * pose_a.orientation};
   Bounds box = bounds(a, in_mesh);
-  box.lower.array() -= margin;
-  box.upper.array() += margin;
+  box.min().array() -= margin;
+  box.max().array() += margin;
   scratch.triangles.clear();
   find_triangles(b, box, scratch.triangles);
   if (scratch.triangles.empty()) return;
@@ -250,13 +228,12 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
     size = 2 * solid->reach();
   } else {
     const auto& polytope = std::get<Polytope>(a);
-    scratch.facets_a.load(polytope, in_mesh.orientation.toRotationMatrix(), Vector3::Zero());
+    scratch.facets_a.load(polytope, in_mesh.orientation.toRotationMatrix());
     size = 2 * polytope.bounding_radius;
     scratch.edges_a.clear();
-    for (const auto& [from, to, first, last] : scratch.facets_a.arcs) {
-      const Vector3& start = scratch.facets_a.vertices[from];
-      scratch.edges_a.push_back(
-          {start, scratch.facets_a.vertices[to] - start, {-first, -last}, first.cross(last)});
+    for (const Facets::Arc& arc : scratch.facets_a.arcs) {
+      const auto [from, to] = scratch.facets_a.edge(arc);
+      scratch.edges_a.push_back({from, to - from, {-arc.first, -arc.last}, arc.first.cross(arc.last)});
     }
   }
   scratch.contacts.clear();

@@ -14,10 +14,6 @@
 namespace substep {
 namespace {
 
-Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
-  return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
-}
-
 /// The pose of a polytope in the frame of another.
 struct Placement {
   Matrix3 rotation;
@@ -43,33 +39,26 @@ struct EdgeCandidate : PolytopeEdge {
   std::uint32_t edge;
 };
 
-/// PolytopeMemory memory that all pairs share.
+/// Scratch memory that all pairs share.
 struct PolytopeMemory {
   std::vector<FaceKnowledge> faces_a;
   std::vector<FaceKnowledge> faces_b;
   std::vector<EdgeCandidate> edges_a;
   std::vector<EdgeCandidate> edges_b;
-  std::vector<Vector3> polygon;
-  std::vector<Vector3> kept;
-  std::vector<double> distances;
+  CutPolygon incident;
 
   /// Reserves memory for boxes: those that lie flat in the first step may need their edges later.
   PolytopeMemory() {
     constexpr std::size_t edges_of_box = 12;
     edges_a.reserve(edges_of_box);
     edges_b.reserve(edges_of_box);
-    polygon.reserve(edges_of_box);
-    kept.reserve(edges_of_box);
-    distances.reserve(edges_of_box);
+    incident.corners.reserve(edges_of_box);
+    incident.kept.reserve(edges_of_box);
+    incident.distances.reserve(edges_of_box);
   }
 };
 
 thread_local PolytopeMemory memory;
-
-struct PolytopeFaceAxis {
-  double separation = -infinity;
-  std::uint32_t face = 0;
-};
 
 struct PolytopeEdgeAxis {
   double separation = -infinity;
@@ -92,8 +81,8 @@ double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t&
 
 /// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
 /// `margin`.
-PolytopeFaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
-                              std::vector<FaceKnowledge>& faces) {
+FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
+                      std::vector<FaceKnowledge>& faces) {
   const Vector3 centre = q_in_p.point(q.centre);
   faces.resize(p.face_count());
   std::uint32_t highest = 0;
@@ -101,7 +90,7 @@ PolytopeFaceAxis search_faces(const Polytope& p, const Polytope& q, const Placem
     faces[f] = {p.face_normals[f].dot(centre) - p.face_offsets[f], no_index};
     if (faces[f].height > faces[highest].height) highest = f;
   }
-  PolytopeFaceAxis best;
+  FaceAxis best;
   const auto measure = [&](std::uint32_t f) {
     const Vector3& normal = p.face_normals[f];
     const double base = normal.dot(q_in_p.position) - p.face_offsets[f];
@@ -248,29 +237,27 @@ class PolytopePair {
     const double tolerance = flush_share * size_;
 
     load_incident_face(q, q_in_p, normal, tolerance);
-    Vector3 lowest_corner = memory.polygon[0];
-    for (const Vector3& corner : memory.polygon) {
+    Vector3 lowest_corner = memory.incident.corners[0];
+    for (const Vector3& corner : memory.incident.corners) {
       if (normal.dot(corner) < normal.dot(lowest_corner)) lowest_corner = corner;
     }
     for_each_side(p, face, [&](const Vector3& corner, const Vector3& outward) {
       const Vector3 unit = outward.normalized();
-      const auto outside = [&](const Vector3& point) { return unit.dot(point - corner); };
-      if (cut_polygon(memory.polygon, memory.kept, memory.distances, tolerance, outside)) {
-        memory.polygon.swap(memory.kept);
-      }
+      memory.incident.cut(tolerance, [&](const Vector3& point) { return unit.dot(point - corner); });
     });
 
     double least = infinity;
-    for (const Vector3& corner : memory.polygon) least = std::min(least, normal.dot(corner) - offset);
+    for (const Vector3& corner : memory.incident.corners)
+      least = std::min(least, normal.dot(corner) - offset);
     // Where the lowest point is cut away, this is not the face at which the two meet.
     const double separation = (reference_is_b ? face_b_ : face_a_).separation;
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
-      memory.polygon.assign(1, lowest_corner);
+      memory.incident.corners.assign(1, lowest_corner);
     }
     const Pose& pose = reference_is_b ? pose_b_ : pose_a_;
     const Vector3 outward = pose.orientation * normal;
-    for (const Vector3& corner : memory.polygon) {
+    for (const Vector3& corner : memory.incident.corners) {
       const double height = normal.dot(corner) - offset;
       if (height >= margin_) continue;
       const Vector3 on_incident = pose * corner;
@@ -281,7 +268,7 @@ class PolytopePair {
     return true;
   }
 
-  /// Puts into memory.polygon the face of q that looks most against `normal` among those that have q's
+  /// Puts into memory.incident the face of q that looks most against `normal` among those that have q's
   /// lowest vertex, in the frame of p.
   void load_incident_face(const Polytope& q, const Placement& q_in_p, const Vector3& normal,
                           double tolerance) {
@@ -300,12 +287,9 @@ class PolytopePair {
         break;
       }
     }
-    // Give both buffers the size of the larger, since they swap at each cut.
-    memory.polygon.clear();
-    memory.polygon.reserve(memory.kept.capacity());
-    memory.kept.reserve(memory.polygon.capacity());
+    memory.incident.clear();
     for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
-      memory.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
+      memory.incident.corners.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
     }
   }
 
@@ -318,8 +302,8 @@ class PolytopePair {
   double size_ = 2 * std::min(a_.bounding_radius, b_.bounding_radius);
   double margin_;
   Contacts& out_;
-  PolytopeFaceAxis face_a_;
-  PolytopeFaceAxis face_b_;
+  FaceAxis face_a_;
+  FaceAxis face_b_;
   PolytopeEdgeAxis edge_;
 };
 

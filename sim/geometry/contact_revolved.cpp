@@ -6,7 +6,6 @@
 
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_pairs.h"
-#include "sim/math/find_root.h"
 
 namespace substep {
 namespace {
@@ -252,10 +251,7 @@ void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, doub
   near_b.middle.setZero();
   const std::size_t first = out.size();
   RevolvedPair(near_a, near_b, margin, out).find();
-  for (std::size_t i = first; i < out.size(); ++i) {
-    out[i].on_a += origin;
-    out[i].on_b += origin;
-  }
+  place({origin, Quaternion::Identity()}, first, out);
 }
 
 void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
@@ -267,7 +263,7 @@ void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, 
   const RevolvedSolid solid = *as_revolved(a, local);
   const double reach = solid.reach() + b.bounding_radius + margin;
   if ((solid.middle - b.centre).squaredNorm() >= reach * reach) return;
-  facets.load(b, Matrix3::Identity(), Vector3::Zero());
+  facets.load(b, Matrix3::Identity());
   const std::size_t first = out.size();
   find_revolved_facets(solid, facets, margin, out);
   place(pose_b, first, out);

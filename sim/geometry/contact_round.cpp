@@ -64,15 +64,9 @@ Segment axis_of(const Capsule& capsule, const Pose& pose) {
   return {pose.position - half, pose.position + half};
 }
 
-/// The largest separation of a segment from the planes of a polytope's faces.
-struct FaceSeparation {
-  double separation = -infinity;
-  std::size_t face = 0;
-};
-
-FaceSeparation largest_separation(const Polytope& polytope, const Segment& segment) {
-  FaceSeparation best;
-  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+FaceAxis largest_separation(const Polytope& polytope, const Segment& segment) {
+  FaceAxis best;
+  for (std::uint32_t f = 0; f < polytope.face_count(); ++f) {
     const Vector3& normal = polytope.face_normals[f];
     const double separation =
         std::min(normal.dot(segment.from), normal.dot(segment.to)) - polytope.face_offsets[f];
@@ -83,7 +77,7 @@ FaceSeparation largest_separation(const Polytope& polytope, const Segment& segme
 
 /// The closest points of a segment (which may be a point) and a polytope that it does not touch.
 struct ClosestOfPolytope : ClosestPair {
-  std::optional<std::size_t> edge;  ///< the edge on which `on_b` lies, if it is not inside a face
+  std::optional<std::uint32_t> edge;  ///< the edge on which `on_b` lies, if it is not inside a face
 };
 
 ClosestOfPolytope closest_points(const Segment& segment, const Polytope& polytope) {
@@ -95,26 +89,10 @@ ClosestOfPolytope closest_points(const Segment& segment, const Polytope& polytop
       best.consider(end, end - height * polytope.face_normals[f]);
     }
   }
-  for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
-    const auto& [from, to] = polytope.edges[e];
-    if (best.consider(segment, {polytope.vertices[from], polytope.vertices[to]})) best.edge = e;
+  for (std::uint32_t e = 0; e < polytope.edges.size(); ++e) {
+    if (best.consider(segment, edge_of(polytope, e))) best.edge = e;
   }
   return best;
-}
-
-/// Returns the fractions of the way along `segment` between which it lies in the prism over a face; nothing
-/// where it lies in no part of it.
-std::optional<std::array<double, 2>> part_over(const Polytope& polytope, std::size_t face,
-                                               const Segment& segment) {
-  double low = 0;
-  double high = 1;
-  bool any = true;
-  for_each_side(polytope, face, [&](const Vector3& corner, const Vector3& outward) {
-    any = any &&
-          cut_interval(outward.dot(segment.from - corner), outward.dot(segment.to - corner), 0, low, high);
-  });
-  if (!any) return std::nullopt;
-  return std::array{low, high};
 }
 
 /// Returns true where part of the segment lies in the polytope.
@@ -137,7 +115,7 @@ class SegmentAgainstPolytope {
       : segment_(segment), radius_(radius), polytope_(polytope), margin_(margin), out_(out) {}
 
   void find() {
-    const FaceSeparation face = largest_separation(polytope_, segment_);
+    const FaceAxis face = largest_separation(polytope_, segment_);
     if (face.separation - radius_ >= margin_) return;
     // Treat a touched surface as crossed: points so close give no direction, and the face has the normal.
     if (face.separation <= coincident * size_ && enters(polytope_, segment_)) {
@@ -156,10 +134,16 @@ class SegmentAgainstPolytope {
   /// Adds the ends, as far as they are near, of the segment's part over the face. Adds none and returns false
   /// unless one of them is at most `highest` above the face.
   bool add_over(std::size_t face, double highest) {
-    const auto part = part_over(polytope_, face, segment_);
-    if (!part) return false;
+    double low = 0;
+    double high = 1;
+    bool any = true;
+    for_each_side(polytope_, face, [&](const Vector3& corner, const Vector3& outward) {
+      any = any && cut_interval(outward.dot(segment_.from - corner), outward.dot(segment_.to - corner), 0,
+                                low, high);
+    });
+    if (!any) return false;
     const Vector3& normal = polytope_.face_normals[face];
-    const std::array points = {point_at(segment_, (*part)[0]), point_at(segment_, (*part)[1])};
+    const std::array points = {point_at(segment_, low), point_at(segment_, high)};
     const std::array heights = {normal.dot(points[0]) - polytope_.face_offsets[face],
                                 normal.dot(points[1]) - polytope_.face_offsets[face]};
     const double lowest = std::min(heights[0], heights[1]);
@@ -171,7 +155,7 @@ class SegmentAgainstPolytope {
     return true;
   }
 
-  void find_outside(const FaceSeparation& face) {
+  void find_outside(const FaceAxis& face) {
     const ClosestOfPolytope closest = closest_points(segment_, polytope_);
     const double distance = std::sqrt(closest.squared_distance);
     if (distance - radius_ >= margin_) return;
@@ -180,32 +164,31 @@ class SegmentAgainstPolytope {
     if (face.separation >= distance - preference && add_over(face.face, distance + preference)) return;
     const Vector3& fallback = polytope_.face_normals[face.face];
     if (closest.edge) {
-      const auto& [from, to] = polytope_.edges[*closest.edge];
-      add_segment_contacts(segment_, radius_, {polytope_.vertices[from], polytope_.vertices[to]}, 0, size_,
-                           fallback, margin_, out_);
+      add_segment_contacts(segment_, radius_, edge_of(polytope_, *closest.edge), 0, size_, fallback, margin_,
+                           out_);
     } else {
       add_ball_contact(closest.on_a, radius_, closest.on_b, 0, fallback, margin_, out_);
     }
   }
 
   /// Adds contacts of a segment of which a part lies in the polytope, along the axis of least penetration.
-  void find_deep(const FaceSeparation& face) {
+  void find_deep(const FaceAxis& face) {
     const Vector3 along = segment_.to - segment_.from;
     double best = -infinity;
     Vector3 best_axis = Vector3::Zero();
-    std::size_t best_edge = 0;
-    for (std::size_t e = 0; e < polytope_.edges.size(); ++e) {
-      const Vector3& from = polytope_.vertices[polytope_.edges[e][0]];
-      const Vector3 direction = polytope_.vertices[polytope_.edges[e][1]] - from;
+    std::uint32_t best_edge = 0;
+    for (std::uint32_t e = 0; e < polytope_.edges.size(); ++e) {
+      const Segment edge = edge_of(polytope_, e);
+      const Vector3 direction = edge.to - edge.from;
       Vector3 axis = along.cross(direction);
       if (axis.squaredNorm() <= 1e-12 * along.squaredNorm() * direction.squaredNorm()) continue;
       axis.normalize();
-      if (axis.dot(from - polytope_.centre) < 0) axis = -axis;
-      const double separation = axis.dot(segment_.from - from);
+      if (axis.dot(edge.from - polytope_.centre) < 0) axis = -axis;
+      const double separation = axis.dot(segment_.from - edge.from);
       if (separation <= best) continue;
       // Only an edge that is outermost along the axis bounds the polytope there.
       const bool outermost = std::ranges::all_of(polytope_.vertices, [&](const Vector3& vertex) {
-        return axis.dot(vertex - from) <= coincident * size_;
+        return axis.dot(vertex - edge.from) <= coincident * size_;
       });
       if (!outermost) continue;
       best = separation;
@@ -215,9 +198,8 @@ class SegmentAgainstPolytope {
     const double preference = face_preference(face.separation - radius_, size_);
     if (best <= face.separation + preference && add_over(face.face, face.separation + preference)) return;
     if (best > -infinity) {
-      const auto& [from, to] = polytope_.edges[best_edge];
-      const Segment edge = {polytope_.vertices[from], polytope_.vertices[to]};
-      add(point_at(segment_, closest_parameters(segment_, edge).on_a), best_axis, best);
+      const double on_segment = closest_parameters(segment_, edge_of(polytope_, best_edge)).on_a;
+      add(point_at(segment_, on_segment), best_axis, best);
       return;
     }
     const Vector3& normal = polytope_.face_normals[face.face];
@@ -232,21 +214,18 @@ class SegmentAgainstPolytope {
   Contacts& out_;
 };
 
-void add_plane_contact(const Vector3& point, double radius, const Pose& plane, const Vector3& normal,
-                       double margin, Contacts& out) {
-  const double height = normal.dot(point - plane.position);
-  if (height - radius >= margin) return;
-  out.push_back({point - radius * normal, point - height * normal, normal, height - radius});
-}
-
 }  // namespace
 
 void find_capsule_plane(const Capsule& a, const Pose& pose_a, const Pose& plane, double margin,
                         Contacts& out) {
   const Vector3 normal = plane.orientation * Vector3::UnitY();
   const Segment axis = axis_of(a, pose_a);
-  add_plane_contact(axis.from, a.radius, plane, normal, margin, out);
-  if (a.half_length > 0) add_plane_contact(axis.to, a.radius, plane, normal, margin, out);
+  for (const Vector3& end : {axis.from, axis.to}) {
+    const double height = normal.dot(end - plane.position);
+    if (height - a.radius >= margin) continue;
+    out.push_back({end - a.radius * normal, end - height * normal, normal, height - a.radius});
+    if (a.half_length == 0) return;
+  }
 }
 
 void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b, const Pose& pose_b,

@@ -9,9 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -92,33 +90,21 @@ std::optional<Polytope> assembled(std::vector<Vector3> vertices, const Polygons&
   return polytope;
 }
 
-/// One run of qhull, whose memory is released at the end.
-class Qhull {
- public:
-  explicit Qhull(std::vector<double>& coordinates) {
-    if (!messages_) throw Error("qhull: cannot open /dev/null for its messages");
-    qh_zero(&qhull_, messages_);
-    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: skip the distance of
-    // points outside merged facets.
-    char command[] = "qhull Qt Q5";
-    status_ = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
-                           command, nullptr, messages_);
-  }
-  ~Qhull() {
-    qh_freeqhull(&qhull_, qh_ALL);
-    int pieces = 0;
-    int bytes = 0;
-    qh_memfreeshort(&qhull_, &pieces, &bytes);
-    std::fclose(messages_);
-  }
-  Qhull(Qhull&&) = delete;
-
-  bool succeeded() const { return status_ == 0; }
-
-  /// Returns the facets, counter-clockwise seen from outside, as indices of points.
-  std::vector<Triangle> triangles() {
-    std::vector<Triangle> result;
-    qhT* qh = &qhull_;
+/// Returns the facets of the hull of points, whose coordinates are in a row: counter-clockwise seen from
+/// outside, as indices of points. Returns none where qhull finds no hull.
+std::vector<Triangle> hull_facets(std::vector<double>& coordinates) {
+  std::FILE* const messages = std::fopen("/dev/null", "w");
+  if (!messages) throw Error("qhull: cannot open /dev/null for its messages");
+  qhT qhull = {};
+  qhT* const qh = &qhull;  // the name that qhull's macros use
+  qh_zero(qh, messages);
+  // Qt: triangles only, whose corners can be read without calling qhull again. Q5: skip the distance of
+  // points outside merged facets.
+  char command[] = "qhull Qt Q5";
+  const int status = qh_new_qhull(qh, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
+                                  command, nullptr, messages);
+  std::vector<Triangle> result;
+  if (status == 0) {
     facetT* facet = nullptr;
     FORALLfacets {
       std::size_t count = 0;
@@ -130,14 +116,14 @@ class Qhull {
       }
       if (static_cast<bool>(facet->toporient)) std::ranges::reverse(corners);
     }
-    return result;
   }
-
- private:
-  qhT qhull_ = {};
-  std::FILE* messages_ = std::fopen("/dev/null", "w");
-  int status_ = 0;
-};
+  qh_freeqhull(qh, qh_ALL);
+  int pieces = 0;
+  int bytes = 0;
+  qh_memfreeshort(qh, &pieces, &bytes);
+  std::fclose(messages);
+  return result;
+}
 
 /// Joins triangles that lie in one plane to within `tolerance` to faces. qhull itself merges only triangles
 /// that rounding makes indistinguishable.
@@ -149,25 +135,16 @@ class FaceMerger {
   /// Returns the faces, or nothing when an outline is no polygon.
   Polygons faces() {
     group();
-    // Put the sides between two groups into the bins of their groups: a group's outline.
-    std::vector<std::uint32_t> begin(triangles_.size() + 1, 0);
-    const auto for_each_outer_side = [&](const auto& use) {
-      for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
-        if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
-        use(sides_[i]);
-        use(sides_[i + 1]);
-      }
-    };
-    for_each_outer_side([&](const FaceSide& side) { ++begin[group_[side.face] + 1]; });
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<OuterSide> outer(begin.back());
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    for_each_outer_side([&](const FaceSide& side) {
-      outer[next[group_[side.face]]++] = {side.from, side.to};
-    });
+    // A group's outline has the sides that are between two groups.
+    std::vector<std::vector<OuterSide>> outlines(triangles_.size());
+    for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
+      if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
+      for (const FaceSide& side : {sides_[i], sides_[i + 1]})
+        outlines[group_[side.face]].push_back({side.from, side.to});
+    }
     Polygons result;
     for (const std::uint32_t seed : seeds_) {
-      result.push_back(polygon_of({outer.data() + begin[seed], outer.data() + begin[seed + 1]}));
+      result.push_back(polygon_of(outlines[seed]));
       if (result.back().empty()) return {};
     }
     return result;
@@ -280,21 +257,13 @@ bool is_thin(const Polytope& polytope, double thickness) {
 
 Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   require_near(given, what, "a convex hull");
-  if (given.size() < 4) {
-    throw Error(fmt::format("{}: a convex hull needs at least 4 vertices, there are {}", what, given.size()));
-  }
-  if (given.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
-    throw Error(fmt::format("{}: there are too many vertices for a convex hull: {}", what, given.size()));
-  }
+  if (given.size() < 4)
+    throw Error("{}: a convex hull needs at least 4 vertices, there are {}", what, given.size());
   // Remove duplicates: meshes repeat a vertex whose normals differ.
   std::vector<Vector3> points = distinct(given);
-  Vector3 lower = points[0];
-  Vector3 upper = points[0];
-  for (const Vector3& point : points) {
-    lower = lower.cwiseMin(point);
-    upper = upper.cwiseMax(point);
-  }
-  const double size = (upper - lower).norm();
+  Bounds extent;
+  for (const Vector3& point : points) extent.extend(point);
+  const double size = extent.sizes().norm();
   const Error thin(
       fmt::format("{}: its convex hull is thinner than 1e-6 of its size of {:.6g} m; a solid body "
                   "needs a mesh with thickness",
@@ -302,16 +271,16 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   if (size <= 0) throw thin;
 
   // Scale the points to size one about the origin, for which qhull's tolerances are made.
-  const Vector3 middle = lower + (upper - lower) / 2;
+  const Vector3 middle = extent.min() + extent.sizes() / 2;
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const Vector3& point : points) {
     const Vector3 local = (point - middle) / size;
     coordinates.insert(coordinates.end(), {local.x(), local.y(), local.z()});
   }
-  Qhull qhull(coordinates);
-  if (!qhull.succeeded()) throw thin;
-  Polygons faces = FaceMerger(points, qhull.triangles(), coplanar * size).faces();
+  const std::vector<Triangle> facets = hull_facets(coordinates);
+  if (facets.empty()) throw thin;
+  Polygons faces = FaceMerger(points, facets, coplanar * size).faces();
   remove_unused(points, faces);
   if (points.size() < 4 || std::ranges::any_of(faces, [](const auto& face) { return face.size() < 3; }))
     throw thin;
@@ -330,7 +299,7 @@ Polytope box(const Vector3& size) {
   }
   const Polygons faces = {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}};
   Polytope result = *assembled(std::move(vertices), faces);
-  result.box = OrientedBox{Pose{}, half};
+  result.half_box = half;
   return result;
 }
 
@@ -367,9 +336,8 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
 }
 
 Polytope ellipsoid(const Vector3& half_axes, int rings) {
-  if (!(half_axes.minCoeff() > 0) || !half_axes.allFinite() || rings < 2 || rings % 2 != 0) {
+  if (!(half_axes.minCoeff() > 0) || !half_axes.allFinite() || rings < 2 || rings % 2 != 0)
     throw Error("an ellipsoid needs three positive half axes and an even number of rings");
-  }
   const int sectors = 2 * rings;
   std::vector<Vector3> points{Vector3(0, half_axes.y(), 0)};
   for (int ring = 1; ring < rings; ++ring) {
@@ -390,15 +358,7 @@ Polytope scaled(const Polytope& polytope, const Vector3& factors) {
   Polytope result = polytope;
   for (Vector3& vertex : result.vertices) vertex = vertex.cwiseProduct(factors);
   measure(result);
-  if (result.box) {
-    // Keep the box only if it is aligned: scaling shears a rotated one.
-    if (result.box->pose.orientation.vec().isZero(0)) {
-      result.box->pose.position = result.box->pose.position.cwiseProduct(factors);
-      result.box->half_size = result.box->half_size.cwiseProduct(factors);
-    } else {
-      result.box.reset();
-    }
-  }
+  if (result.half_box) result.half_box = result.half_box->cwiseProduct(factors);
   if (result.ellipsoid) result.ellipsoid = result.ellipsoid->cwiseProduct(factors);
   return result;
 }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/math/find_root.h"
-
 namespace substep {
 namespace {
 
@@ -18,9 +16,7 @@ struct Pair {
 
 struct FeatureMemory {
   std::vector<Pair> pairs;
-  std::vector<Vector3> polygon;
-  std::vector<Vector3> kept;
-  std::vector<double> distances;
+  CutPolygon common;
 };
 
 thread_local FeatureMemory feature_memory;
@@ -314,18 +310,15 @@ void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   const Polygon& reference = reference_is_b ? b : a;
   const Polygon& incident = reference_is_b ? a : b;
   const double tolerance = flush_share * size_;
-  auto& [pairs, polygon, kept, distances] = feature_memory;
-  // Give both buffers the size of the larger, since they swap at each cut.
-  polygon.reserve(kept.capacity());
-  kept.reserve(polygon.capacity());
-  polygon.assign(incident.corners.begin(), incident.corners.end());
+  CutPolygon& common = feature_memory.common;
+  common.clear();
+  common.corners.assign(incident.corners.begin(), incident.corners.end());
   for (std::size_t i = 0; i < reference.corners.size(); ++i) {
     const Segment side = reference.side(i);
     const Vector3 outward = (side.to - side.from).cross(reference.normal).normalized();
-    const auto outside = [&](const Vector3& point) { return outward.dot(point - side.from); };
-    if (cut_polygon(polygon, kept, distances, tolerance, outside)) polygon.swap(kept);
+    common.cut(tolerance, [&](const Vector3& point) { return outward.dot(point - side.from); });
   }
-  for (const Vector3& point : polygon) {
+  for (const Vector3& point : common.corners) {
     push(point, onto_plane(point, normal_, reference.corners[0], reference.normal), !reference_is_b);
   }
 }

@@ -12,6 +12,38 @@
 
 namespace substep {
 
+/// Returns a root on [0, 1] of a continuous function that is positive at 0 and negative at 1.
+template <class Function>
+double find_root(Function function) {
+  double low = 0;
+  double high = 1;
+  double at_low = function(low);
+  double at_high = function(high);
+  if (!(at_low > 0)) return 0;
+  if (!(at_high < 0)) return 1;
+  // The Illinois variant of false position.
+  int side = 0;
+  for (int i = 0; i < 60 && high - low > 1e-15; ++i) {
+    double middle = (low * at_high - high * at_low) / (at_high - at_low);
+    if (!(middle > low && middle < high)) middle = (low + high) / 2;
+    const double value = function(middle);
+    if (value == 0) return middle;
+    if (value > 0) {
+      low = middle;
+      at_low = value;
+      if (side == 1) at_high /= 2;
+      side = 1;
+    } else {
+      high = middle;
+      at_high = value;
+      if (side == -1) at_low /= 2;
+      side = -1;
+    }
+    if (middle == low && middle == high) break;
+  }
+  return (low + high) / 2;
+}
+
 /// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
 /// faces keep their corners.
 constexpr double flush_share = 1e-9;
@@ -79,30 +111,41 @@ inline bool cut_interval(double from, double to, double tolerance, double& low, 
   return low <= high;
 }
 
-/// Cuts a convex polygon to the points at which the distance `outside` is at most `tolerance`, and puts the
-/// rest into `kept`. Returns false where nothing is cut off. `distances` is scratch memory.
-template <class Corners, class Distances, class Outside>
-bool cut_polygon(const Corners& corners, Corners& kept, Distances& distances, double tolerance,
-                 Outside outside) {
-  distances.clear();
-  bool any_outside = false;
-  for (const Vector3& corner : corners) {
-    const double distance = outside(corner);
-    distances.push_back(distance);
-    any_outside = any_outside || distance > tolerance;
+/// A convex polygon that is cut by planes in turn, and keeps its memory for the next.
+struct CutPolygon {
+  std::vector<Vector3> corners;
+  std::vector<Vector3> kept;
+  std::vector<double> distances;
+
+  /// Removes all corners. Gives both buffers the size of the larger, since they swap at each cut.
+  void clear() {
+    corners.clear();
+    corners.reserve(kept.capacity());
+    kept.reserve(corners.capacity());
   }
-  if (!any_outside) return false;
-  kept.clear();
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const std::size_t next = i + 1 < corners.size() ? i + 1 : 0;
-    const bool is_in = distances[i] <= tolerance;
-    if (is_in) kept.push_back(corners[i]);
-    if (is_in == (distances[next] <= tolerance)) continue;
-    const double part = std::clamp(distances[i] / (distances[i] - distances[next]), 0.0, 1.0);
-    kept.push_back(corners[i] + part * (corners[next] - corners[i]));
+
+  /// Cuts the polygon to the points at which the distance `outside` is at most `tolerance`.
+  template <class Outside>
+  void cut(double tolerance, Outside outside) {
+    distances.clear();
+    bool any_outside = false;
+    for (const Vector3& corner : corners) {
+      distances.push_back(outside(corner));
+      any_outside = any_outside || distances.back() > tolerance;
+    }
+    if (!any_outside) return;
+    kept.clear();
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const std::size_t next = i + 1 < corners.size() ? i + 1 : 0;
+      const bool is_in = distances[i] <= tolerance;
+      if (is_in) kept.push_back(corners[i]);
+      if (is_in == (distances[next] <= tolerance)) continue;
+      const double part = std::clamp(distances[i] / (distances[i] - distances[next]), 0.0, 1.0);
+      kept.push_back(corners[i] + part * (corners[next] - corners[i]));
+    }
+    corners.swap(kept);
   }
-  return true;
-}
+};
 
 /// Writes the corners of the hull of points in a plane to `hull`, counter-clockwise from the first, by
 /// Andrew's chains. Points, which have members x and y, ascend by x, then by y; `hull` has room for twice
@@ -130,6 +173,16 @@ std::size_t planar_hull(std::span<const Point> points, double tolerance, Point* 
   const std::size_t lower = size + 1;
   for (std::size_t i = points.size() - 1; i-- > 0;) add(points[i], lower);
   return size - 1;  // without the first point, which is added twice
+}
+
+/// The face over which another shape is separated most; of a box, the axis of the face.
+struct FaceAxis {
+  double separation = -infinity;
+  std::uint32_t face = 0;
+};
+
+inline Segment edge_of(const Polytope& polytope, std::uint32_t edge) {
+  return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
 }
 
 /// Calls `use(corner, outward)` for each side of a face: a point of it and its unnormalised outward direction

@@ -43,10 +43,7 @@ struct TaperedCapsule {
 };
 
 /// An axis-aligned box.
-struct Bounds {
-  Vector3 lower;
-  Vector3 upper;
-};
+using Bounds = Eigen::AlignedBox3d;
 
 /// The index of no vertex, edge or face.
 inline constexpr std::uint32_t no_index = 0xffffffffU;
@@ -62,7 +59,7 @@ struct TriangleMesh {
   /// A node of a tree of boxes. The root is the first node; the children of an inner node are `first` and
   /// `first` + 1.
   struct Node {
-    Bounds bounds{Vector3::Zero(), Vector3::Zero()};
+    Bounds bounds;
     std::uint32_t first = 0;  ///< child, or first triangle of a leaf
     std::uint32_t count = 0;  ///< triangles of a leaf; 0 for an inner node
   };
@@ -78,12 +75,6 @@ struct TriangleMesh {
   std::vector<std::uint32_t> ring;
   std::vector<Node> nodes;
   bool two_sided = false;
-};
-
-/// A box at any pose: `pose` maps the box's frame, where it is |x| <= half_size, to the polytope's.
-struct OrientedBox {
-  Pose pose;
-  Vector3 half_size = Vector3::Zero();
 };
 
 /// A convex polytope with non-empty interior, as its faces: planar convex polygons, counter-clockwise seen
@@ -102,7 +93,8 @@ struct Polytope {
   Vector3 centre = Vector3::Zero();  ///< the mean vertex, which lies inside; not the centre of mass
   double bounding_radius = 0;        ///< of the smallest ball about `centre` that holds the polytope
   double inner_radius = 0;           ///< of the largest ball about `centre` that the polytope holds
-  std::optional<OrientedBox> box;    ///< set where the polytope was made as a box: such pairs are quicker
+  /// Half extents of a box about the origin, where the polytope was made as one: such pairs are quicker.
+  std::optional<Vector3> half_box;
   /// Half axes of the ellipsoid about the origin on which the vertices lie, if they do. Mass properties and
   /// contacts with planes are then the ellipsoid's, contacts with other shapes the hull's.
   std::optional<Vector3> ellipsoid;

@@ -12,21 +12,15 @@
 namespace substep {
 namespace {
 
-/// The corners of a simplex of at most four points, with the weights of its point nearest to the origin.
+/// A simplex of at most four corners, and its point nearest to the origin.
 struct Simplex {
   std::array<Vector3, 4> corners;
-  std::array<double, 4> weights;
   int count = 0;
-
-  Vector3 nearest() const {
-    Vector3 sum = Vector3::Zero();
-    for (int i = 0; i < count; ++i) sum += weights[i] * corners[i];
-    return sum;
-  }
+  Vector3 nearest = Vector3::Zero();
 };
 
 Simplex point_of(const Vector3& a) {
-  return {{a}, {1}, 1};
+  return {{a}, 1, a};
 }
 
 /// Returns the part of a segment that is nearest to the origin.
@@ -37,7 +31,7 @@ Simplex nearest_of_segment(const Vector3& a, const Vector3& b) {
   if (!(part > 0)) return point_of(a);
   if (part >= length_squared) return point_of(b);
   const double weight = part / length_squared;
-  return {{a, b}, {1 - weight, weight}, 2};
+  return {{a, b}, 2, (1 - weight) * a + weight * b};
 }
 
 /// Returns the part of a triangle that is nearest to the origin (Ericson, Real-Time Collision
@@ -67,9 +61,9 @@ Simplex nearest_of_triangle(const Vector3& a, const Vector3& b, const Vector3& c
     const std::array<Simplex, 3> sides{nearest_of_segment(a, b), nearest_of_segment(a, c),
                                        nearest_of_segment(b, c)};
     return *std::ranges::min_element(sides, {},
-                                     [](const Simplex& side) { return side.nearest().squaredNorm(); });
+                                     [](const Simplex& side) { return side.nearest.squaredNorm(); });
   }
-  return {{a, b, c}, {area_a / area, area_b / area, area_c / area}, 3};
+  return {{a, b, c}, 3, area_a / area * a + area_b / area * b + area_c / area * c};
 }
 
 /// Returns the part of a tetrahedron that is nearest to the origin; all of it where it contains the origin.
@@ -86,13 +80,13 @@ Simplex nearest_of_tetrahedron(const std::array<Vector3, 4>& corners) {
     if (height_of_origin * height_of_opposite > 0) continue;
     is_outside = true;
     const Simplex face = nearest_of_triangle(a, corners[j], corners[k]);
-    const double squared = face.nearest().squaredNorm();
+    const double squared = face.nearest.squaredNorm();
     if (squared >= least) continue;
     least = squared;
     best = face;
   }
   if (is_outside) return best;
-  return {corners, {0.25, 0.25, 0.25, 0.25}, 4};
+  return {corners, 4, Vector3::Zero()};
 }
 
 Simplex nearest_of(const Simplex& simplex) {
@@ -167,9 +161,9 @@ std::optional<Impact> meets_mesh(const MovingShape& a, const TriangleMesh& mesh,
   // Find the triangles in the box around the path of a, in the frame of the mesh at its start.
   const Pose pose_b = pose_at(b, 0);
   const Bounds box = swept_bounds(a, duration);
-  const Vector3 half = (box.upper - box.lower) / 2;
+  const Vector3 half = box.sizes() / 2;
   const Matrix3 to_mesh = pose_b.orientation.conjugate().toRotationMatrix();
-  const Vector3 middle = to_mesh * (box.lower + half - pose_b.position);
+  const Vector3 middle = to_mesh * (box.min() + half - pose_b.position);
   const double moved = b.motion.displacement(duration).norm() + duration * b.motion.spin.norm() * b.reach;
   const Vector3 reach = to_mesh.cwiseAbs() * half + Vector3::Constant(moved + tolerance);
   near_triangles.clear();
@@ -222,12 +216,10 @@ Vector3 ConvexSolid::support(const Vector3& direction) const {
     return corners_.col(corner);
   }
   const Vector3 local = rotation_.transpose() * direction;
-  if (polytope_->box) {
-    const OrientedBox& box = *polytope_->box;
-    const Vector3 in_box = box.pose.orientation.conjugate() * local;
+  if (polytope_->half_box) {
     const Vector3 corner =
-        box.half_size.cwiseProduct(in_box.unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; }));
-    return position_ + rotation_ * (box.pose * corner);
+        polytope_->half_box->cwiseProduct(local.unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; }));
+    return position_ + rotation_ * corner;
   }
   std::uint32_t vertex = 0;
   farthest(polytope_->vertices, local, vertex);
@@ -256,7 +248,7 @@ Separation separation(const ConvexSolid& a, const ConvexSolid& b, double toleran
     simplex.corners[simplex.count++] = corner;
     simplex = nearest_of(simplex);
     if (simplex.count == 4) break;  // the cores overlap
-    nearest = simplex.nearest();
+    nearest = simplex.nearest;
   }
   return {best.normal, best.gap - radii};
 }
@@ -296,10 +288,8 @@ Bounds swept_bounds(const MovingShape& a, double duration) {
   const double angle = duration * a.motion.spin.norm();
   const double sag =
       duration * duration * a.motion.acceleration.norm() / 8 + a.reach * std::min(2.0, angle * angle / 8);
-  Bounds swept{start.lower.cwiseMin(end.lower), start.upper.cwiseMax(end.upper)};
-  swept.lower.array() -= sag;
-  swept.upper.array() += sag;
-  return swept;
+  const Bounds both = start.merged(end);
+  return {both.min() - Vector3::Constant(sag), both.max() + Vector3::Constant(sag)};
 }
 
 }  // namespace substep

@@ -84,10 +84,9 @@ bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
 }
 
 Bounds triangle_bounds(const TriangleMesh& mesh, const Triangle& triangle) {
-  const Vector3& a = mesh.vertices[triangle[0]];
-  const Vector3& b = mesh.vertices[triangle[1]];
-  const Vector3& c = mesh.vertices[triangle[2]];
-  return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+  Bounds box;
+  for (const std::uint32_t corner : triangle) box.extend(mesh.vertices[corner]);
+  return box;
 }
 
 /// Builds the tree of boxes: splits triangles at the median of their middles until leaves are small.
@@ -99,7 +98,7 @@ class TreeBuilder {
     middles_.reserve(order_.size());
     for (const Triangle& triangle : mesh.triangles) {
       boxes_.push_back(triangle_bounds(mesh, triangle));
-      middles_.emplace_back(boxes_.back().lower + boxes_.back().upper);
+      middles_.emplace_back(boxes_.back().min() + boxes_.back().max());
     }
   }
 
@@ -111,55 +110,35 @@ class TreeBuilder {
   }
 
  private:
-  struct Midpoint {
-    double middle;  // twice the middle, along the axis of the split
-    std::uint32_t triangle;
-    bool operator<(const Midpoint& other) const {
-      // Avoid a branch that would be mispredicted half the time.
-      return (static_cast<int>(middle < other.middle) |
-              (static_cast<int>(middle == other.middle) & static_cast<int>(triangle < other.triangle))) != 0;
-    }
-  };
-
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
     const std::span<std::uint32_t> triangles(order_.data() + begin, order_.data() + end);
     if (triangles.size() <= leaf_size) {
       // Sort the leaf, since std::nth_element leaves its triangles in an order that depends on the library.
       std::ranges::sort(triangles);
-      Bounds box = boxes_[triangles[0]];
-      for (const std::uint32_t t : triangles.subspan(1)) box = united(box, boxes_[t]);
+      Bounds box;
+      for (const std::uint32_t t : triangles) box.extend(boxes_[t]);
       mesh_.nodes[node] = {box, begin, end - begin};
       return;
     }
-    Bounds middles = {middles_[triangles[0]], middles_[triangles[0]]};
-    for (const std::uint32_t t : triangles) {
-      middles.lower = middles.lower.cwiseMin(middles_[t]);
-      middles.upper = middles.upper.cwiseMax(middles_[t]);
-    }
+    Bounds middles;
+    for (const std::uint32_t t : triangles) middles.extend(middles_[t]);
     Eigen::Index axis = 0;
-    (middles.upper - middles.lower).maxCoeff(&axis);
-    midpoints_.clear();
-    for (const std::uint32_t t : triangles) midpoints_.push_back({middles_[t][axis], t});
+    middles.sizes().maxCoeff(&axis);
     const std::uint32_t half = begin + (end - begin) / 2;
-    std::nth_element(midpoints_.begin(), midpoints_.begin() + (half - begin), midpoints_.end());
-    std::ranges::transform(midpoints_, triangles.begin(), &Midpoint::triangle);
+    std::ranges::nth_element(triangles, triangles.begin() + (half - begin), {},
+                             [&](std::uint32_t t) { return std::pair(middles_[t][axis], t); });
     const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes.resize(mesh_.nodes.size() + 2);
     split(first, begin, half);
     split(first + 1, half, end);
     mesh_.nodes[node].first = first;
-    mesh_.nodes[node].bounds = united(mesh_.nodes[first].bounds, mesh_.nodes[first + 1].bounds);
-  }
-
-  static Bounds united(const Bounds& a, const Bounds& b) {
-    return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
+    mesh_.nodes[node].bounds = mesh_.nodes[first].bounds.merged(mesh_.nodes[first + 1].bounds);
   }
 
   TriangleMesh& mesh_;
   std::vector<std::uint32_t> order_;
   std::vector<Bounds> boxes_;
   std::vector<Vector3> middles_;  // twice
-  std::vector<Midpoint> midpoints_;
 };
 
 /// Finds the triangles across the edges, and the vertices that edges join to each vertex.
@@ -190,10 +169,6 @@ void join_neighbours(TriangleMesh& mesh) {
     mesh.ring[next[lesser]++] = greater;
     mesh.ring[next[greater]++] = lesser;
   }
-}
-
-bool overlap(const Bounds& a, const Bounds& b) {
-  return (a.lower.array() <= b.upper.array()).all() && (b.lower.array() <= a.upper.array()).all();
 }
 
 }  // namespace
@@ -257,19 +232,13 @@ void require_near(std::span<const Vector3> points, const std::string& what, cons
   for (std::size_t i = 0; i < points.size(); ++i) {
     // Products of three larger lengths leave the range in which they are exact to rounding.
     if (points[i].allFinite() && points[i].cwiseAbs().maxCoeff() <= 1e9) continue;
-    throw Error(
-        fmt::format("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; {} needs finite coordinates within ±1e9 m",
-                    what, i, points[i].x(), points[i].y(), points[i].z(), kind));
+    throw Error("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; {} needs finite coordinates within ±1e9 m", what,
+                i, points[i].x(), points[i].y(), points[i].z(), kind);
   }
 }
 
 TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<const Triangle> triangles,
                                 const std::string& what, bool two_sided) {
-  constexpr std::size_t most = no_index / 8;
-  if (positions.size() > most || triangles.size() > most) {
-    throw Error(fmt::format("{}: {} vertices and {} triangles are too many for a triangle mesh", what,
-                            positions.size(), triangles.size()));
-  }
   require_near(positions, what, "a triangle mesh");
   TriangleMesh mesh;
   mesh.two_sided = two_sided;
@@ -277,8 +246,7 @@ TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<co
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (const std::uint32_t corner : triangles[t]) {
       if (corner < positions.size()) continue;
-      throw Error(
-          fmt::format("{}: triangle {} has the vertex {}; there are {}", what, t, corner, positions.size()));
+      throw Error("{}: triangle {} has the vertex {}; there are {}", what, t, corner, positions.size());
     }
     if (has_area(positions, triangles[t])) mesh.triangles.push_back(triangles[t]);
   }
@@ -314,14 +282,14 @@ void find_triangles(const TriangleMesh& mesh, const Bounds& box, std::vector<std
   open[count++] = 0;
   while (count > 0) {
     const TriangleMesh::Node& node = mesh.nodes[open[--count]];
-    if (!overlap(node.bounds, box)) continue;
+    if (!node.bounds.intersects(box)) continue;
     if (node.count == 0) {
       open[count++] = node.first + 1;
       open[count++] = node.first;
       continue;
     }
     for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
-      if (overlap(triangle_bounds(mesh, mesh.triangles[t]), box)) out.push_back(t);
+      if (triangle_bounds(mesh, mesh.triangles[t]).intersects(box)) out.push_back(t);
     }
   }
 }

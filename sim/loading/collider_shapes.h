@@ -4,7 +4,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "sim/geometry/mass_properties.h"
 #include "sim/geometry/shape.h"

@@ -22,7 +22,6 @@ namespace {
 VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<const std::uint32_t> vertices) {
   const auto chosen = [&](const auto& all) {
     std::remove_cvref_t<decltype(all)> some;
-    some.reserve(all.empty() ? 0 : vertices.size());
     for (std::size_t i = 0; !all.empty() && i < vertices.size(); ++i) some.push_back(all[vertices[i]]);
     return some;
   };
@@ -130,33 +129,23 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
         if (in_piece[corner] == none) {
           in_piece[corner] = static_cast<std::uint32_t>(used.size());
           used.push_back(corner);
-          piece.positions.push_back(body_from_world * whole.positions[corner]);
-          if (!whole.normals.empty()) {
-            piece.normals.push_back(body_from_world.orientation * whole.normals[corner]);
-          }
         }
         corner = in_piece[corner];
       }
       piece.triangles.push_back(triangle);
     }
-    for (const std::uint32_t vertex : used) in_piece[vertex] = none;
+    for (const std::uint32_t vertex : used) {
+      piece.positions.push_back(body_from_world * whole.positions[vertex]);
+      if (!whole.normals.empty()) {
+        piece.normals.push_back(body_from_world.orientation * whole.normals[vertex]);
+      }
+      in_piece[vertex] = none;
+    }
     piece.attributes = attributes_of(whole.attributes, used);
     Visual& visual = draft.scene.visuals.emplace_back();
     visual.body = body;
     visual.mesh = add_mesh(draft.scene, std::move(piece), name);
   }
-}
-
-/// Adds the meshes of a node that its skin holds. Returns false where there are none.
-bool add_skinned_meshes(SceneDraft& draft, std::size_t node, const std::string& name) {
-  bool skinned = false;
-  if (draft.document.nodes[node].skin < 0) return false;
-  for (const GltfPrimitive& primitive : draft.meshes[draft.document.nodes[node].mesh].primitives) {
-    if (primitive.influences.empty()) continue;
-    skinned = true;
-    add_skinned_visuals(draft, node, primitive, name);
-  }
-  return skinned;
 }
 
 }  // namespace
@@ -205,7 +194,11 @@ void add_visuals(SceneDraft& draft) {
     if (draft.scene.visuals.size() + mesh.primitives.size() > most_visuals) {
       draft.node_json(i).fail("with it more than {} pieces are to be drawn", most_visuals);
     }
-    if (add_skinned_meshes(draft, i, name)) {
+    const auto is_held = [](const GltfPrimitive& primitive) { return !primitive.influences.empty(); };
+    if (node.skin >= 0 && std::ranges::any_of(mesh.primitives, is_held)) {
+      for (const GltfPrimitive& primitive : mesh.primitives) {
+        if (is_held(primitive)) add_skinned_visuals(draft, i, primitive, name);
+      }
       skinned = true;
       continue;
     }

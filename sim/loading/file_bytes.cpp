@@ -21,15 +21,12 @@ std::string read_bytes(const fs::path& file, const std::string& complaint, std::
   if (!fs::exists(status)) throw Error(complaint + ": there is no such file");
   if (!fs::is_regular_file(status)) throw Error(complaint + ": is not a regular file");
   const std::uintmax_t size = fs::file_size(file, failure);
-  if (failure) throw Error(fmt::format("{}: cannot be read: {}", complaint, failure.message()));
-  if (size > most) {
-    throw Error(fmt::format("{}: has {} bytes; the largest file read is {}", complaint, size, most));
-  }
+  if (failure) throw Error("{}: cannot be read: {}", complaint, failure.message());
+  if (size > most) throw Error("{}: has {} bytes; the largest file read is {}", complaint, size, most);
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(static_cast<std::size_t>(size), '\0');
-  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
     throw Error(complaint + ": cannot be read; check its permissions");
-  }
   return bytes;
 }
 
@@ -68,9 +65,8 @@ std::string printable(std::string name) {
 }
 
 std::string UniqueNames::add(const std::string& base) {
-  int& use = uses_.try_emplace(base, 1).first->second;
   std::string name = base;
-  while (!taken_.insert(name).second) name = fmt::format("{} #{}", base, ++use);
+  while (!uses_.try_emplace(name, 1).second) name = fmt::format("{} #{}", base, ++uses_[base]);
   return name;
 }
 

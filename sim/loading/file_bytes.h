@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -47,8 +46,7 @@ class UniqueNames {
   std::string add(const std::string& base);
 
  private:
-  std::set<std::string> taken_{"world"};
-  std::map<std::string, int> uses_;  ///< of each base
+  std::map<std::string, int> uses_{{"world", 1}};  ///< of each name that is taken, as a base
 };
 
 }  // namespace substep

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <utility>
 
 #include "sim/loading/file_bytes.h"
 #include "sim/math/base64.h"
@@ -61,9 +60,8 @@ Container split_glb(std::string_view bytes, const std::string& file_name) {
 Json parse(std::string_view text, const std::string& file_name) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) throw Error(file_name + ": is empty");
   if (text.size() > largest_json) {
-    throw Error(
-        fmt::format("{}: has {} bytes of JSON; the most that is read is {}: keep buffers in files beside it",
-                    file_name, text.size(), largest_json));
+    throw Error("{}: has {} bytes of JSON; the most that is read is {}: keep buffers in files beside it",
+                file_name, text.size(), largest_json);
   }
   try {
     Json json = parse_json(text, file_name);
@@ -72,7 +70,7 @@ Json parse(std::string_view text, const std::string& file_name) {
   } catch (const Json::exception& failure) {
     std::string reason = failure.what();
     if (const std::size_t end = reason.find("] "); end != std::string::npos) reason.erase(0, end + 2);
-    throw Error(fmt::format("{}: is not valid JSON: {}", file_name, reason));
+    throw Error("{}: is not valid JSON: {}", file_name, reason);
   }
 }
 
@@ -159,7 +157,7 @@ void check_root(const JsonValue& root) {
 
 std::size_t GltfDocument::size_of(const char* list) const {
   const auto found = json.find(list);
-  return found != json.end() && found->is_array() ? found->size() : 0;
+  return found != json.end() ? found->size() : 0;
 }
 
 JsonValue GltfDocument::item_of(const char* list, std::size_t index) const {

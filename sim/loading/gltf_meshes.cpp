@@ -50,7 +50,6 @@ class AccessorReader {
   std::vector<Vector3> vectors(const JsonValue& reference) {
     const std::vector<double> values = numbers(reference, {"VEC3", 3, {5126}});
     std::vector<Vector3> result;
-    result.reserve(values.size() / 3);
     for (std::size_t i = 0; i < values.size(); i += 3) result.emplace_back(values.data() + i);
     return result;
   }
@@ -97,37 +96,8 @@ class AccessorReader {
   }
 
  private:
-  struct Elements {
-    const char* begin;
-    std::uint64_t count;
-    std::uint64_t stride;
-    std::uint64_t size;  ///< of one number
-    bool is_real;
-  };
-
-  /// Returns the elements' numbers, one element after the other.
-  std::vector<double> numbers(const JsonValue& reference, const Layout& layout) {
-    const Elements elements = check(reference, layout);
-    const double unit = !layout.normalized ? 1 : elements.size == 1 ? 0xff : 0xffff;
-    std::vector<double> result;
-    result.reserve(elements.count * layout.width);
-    for (std::uint64_t i = 0; i < elements.count; ++i) {
-      for (std::size_t k = 0; k < layout.width; ++k) {
-        const std::uint32_t bits =
-            little_endian(elements.begin + i * elements.stride + k * elements.size, elements.size);
-        result.push_back(elements.is_real ? std::bit_cast<float>(bits) : bits / unit);
-      }
-    }
-    return result;
-  }
-
-  Elements check(const JsonValue& reference, const Layout& layout) {
-    const JsonValue accessor = document_.target_of(reference, "accessors", "accessor");
-    if (accessor.find("sparse")) accessor.fail("is sparse, which is not read; export it without");
-    if (accessor.require("type").text() != layout.type) {
-      accessor.require("type").fail("must be {} here ({})", layout.type, reference.path());
-    }
-    const JsonValue type = accessor.require("componentType");
+  static const Component& component_of(const JsonValue& type, const Layout& layout,
+                                       const JsonValue& reference) {
     const std::uint64_t code = type.integer(0xffff);
     const auto* const component = std::ranges::find(components, code, &Component::type);
     if (component == components.end() ||
@@ -135,21 +105,29 @@ class AccessorReader {
       type.fail("is {} ({}), which cannot be read here ({})", code,
                 component == components.end() ? "unknown" : component->name, reference.path());
     }
-    Elements elements{};
-    elements.size = component->size;
-    elements.is_real = code == 5126;
-    elements.count = accessor.require("count").integer(0xffffffff);
-    if (elements.count == 0) accessor.require("count").fail("is 0");
+    return *component;
+  }
+
+  /// Returns the elements' numbers, one element after the other.
+  std::vector<double> numbers(const JsonValue& reference, const Layout& layout) {
+    const JsonValue accessor = document_.target_of(reference, "accessors", "accessor");
+    if (accessor.find("sparse")) accessor.fail("is sparse, which is not read; export it without");
+    if (accessor.require("type").text() != layout.type) {
+      accessor.require("type").fail("must be {} here ({})", layout.type, reference.path());
+    }
+    const Component& component = component_of(accessor.require("componentType"), layout, reference);
+    const std::uint64_t count = accessor.require("count").integer(0xffffffff);
+    if (count == 0) accessor.require("count").fail("is 0");
 
     const JsonValue view_reference = accessor.require("bufferView");
     const std::string_view bytes = buffer_view(document_, view_reference);
     const JsonValue view = document_.target_of(view_reference, "bufferViews", "buffer view");
-    const std::uint64_t size = elements.size * layout.width;
-    elements.stride = size;
-    if (const auto stride = view.find("byteStride")) {
-      elements.stride = stride->integer(252);
-      if (elements.stride < size || elements.stride % elements.size != 0) {
-        stride->fail("is {}, but its elements have {} bytes", elements.stride, size);
+    const std::uint64_t size = component.size * layout.width;
+    std::uint64_t stride = size;
+    if (const auto given = view.find("byteStride")) {
+      stride = given->integer(252);
+      if (stride < size || stride % component.size != 0) {
+        given->fail("is {}, but its elements have {} bytes", stride, size);
       }
     }
     const auto offset_in = [](const JsonValue& object) {
@@ -157,21 +135,34 @@ class AccessorReader {
       return value ? value->integer(std::uint64_t{1} << 40) : 0;
     };
     const std::uint64_t offset = offset_in(accessor);
-    if ((offset_in(view) + offset) % elements.size != 0) {
-      accessor.fail("does not begin at a multiple of {} bytes", elements.size);
+    if ((offset_in(view) + offset) % component.size != 0) {
+      accessor.fail("does not begin at a multiple of {} bytes", component.size);
     }
-    const std::uint64_t end = offset + elements.stride * (elements.count - 1) + size;
+    const std::uint64_t end = offset + stride * (count - 1) + size;
     if (end > bytes.size()) {
       accessor.fail("ends at byte {}, but its buffer view has {}", end, bytes.size());
     }
-    elements.begin = bytes.data() + offset;
-    read_ += elements.count;
+    read_ += count;
     if (read_ > most_) {
       reference.fail(
           "with it the meshes have more than {} vertices and indices, two for each byte and two million",
           most_);
     }
-    return elements;
+    return numbers_at(bytes.data() + offset, count, stride, component, layout);
+  }
+
+  static std::vector<double> numbers_at(const char* begin, std::uint64_t count, std::uint64_t stride,
+                                        const Component& component, const Layout& layout) {
+    const double unit = !layout.normalized ? 1 : component.size == 1 ? 0xff : 0xffff;
+    std::vector<double> result;
+    result.reserve(count * layout.width);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < layout.width; ++k) {
+        const std::uint32_t bits = little_endian(begin + i * stride + k * component.size, component.size);
+        result.push_back(component.type == 5126 ? std::bit_cast<float>(bits) : bits / unit);
+      }
+    }
+    return result;
   }
 
   const GltfDocument& document_;
@@ -229,7 +220,6 @@ VertexAttributes attributes_in(const GltfDocument& document, const JsonValue& at
 std::vector<Triangle> triangles_of(std::uint64_t mode, std::span<const std::uint32_t> corners) {
   const std::size_t step = mode == mode_triangles ? 3 : 1;
   std::vector<Triangle> triangles;
-  triangles.reserve((corners.size() - 2 + step - 1) / step);
   for (std::size_t i = 0; i + 2 < corners.size(); i += step) {
     Triangle& triangle = triangles.emplace_back(Triangle{corners[i], corners[i + 1], corners[i + 2]});
     if (mode == mode_fan) {
@@ -267,9 +257,8 @@ std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const 
   }
   const JsonValue attributes = primitive.require("attributes");
   const JsonValue position = attributes.require("POSITION");
-  read.surface = -1;
-  if (const auto material = primitive.find("material")) {
-    read.surface = document.index_of(*material, "materials", "material");
+  read.surface = primitive.find_index("material", document.size_of("materials"), "material");
+  if (read.surface >= 0) {
     read.double_sided =
         document.item_of("materials", read.surface).get("doubleSided", false, &JsonValue::boolean);
   }

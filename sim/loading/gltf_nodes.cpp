@@ -51,8 +51,8 @@ void read_each(GltfDocument& document) {
     node.name = names.add(json.name(fmt::format("node {}", i)));
     node.local = read_transform(json);
     if (!node.local.is_finite()) json.fail("its transform overflows");
-    if (const auto mesh = json.find("mesh")) node.mesh = document.index_of(*mesh, "meshes", "mesh");
-    if (const auto skin = json.find("skin")) node.skin = document.index_of(*skin, "skins", "skin");
+    node.mesh = json.find_index("mesh", document.size_of("meshes"), "mesh");
+    node.skin = json.find_index("skin", document.size_of("skins"), "skin");
     for (const JsonValue& child : json.items("children")) {
       const int index = child.index(nodes.size(), "node");
       int& parent = nodes[index].parent;
@@ -126,20 +126,18 @@ NodeTransform make_transform(const Matrix3& linear, const Vector3& translation) 
   NodeTransform transform;
   transform.linear = linear;
   transform.translation = translation;
+  transform.sheared = true;
+  transform.has_rotation = false;
   const Vector3 lengths{linear.col(0).norm(), linear.col(1).norm(), linear.col(2).norm()};
-  if (!(lengths.minCoeff() > 0)) {  // an axis is lost, and with it the rotation
-    transform.sheared = true;
-    return transform;
-  }
+  if (!(lengths.minCoeff() > 0)) return transform;  // an axis is lost, and with it the rotation
   Matrix3 axes = linear;
   for (int i = 0; i < 3; ++i) axes.col(i) /= lengths[i];
   const double skew =
       std::max({std::fabs(axes.col(0).dot(axes.col(1))), std::fabs(axes.col(1).dot(axes.col(2))),
                 std::fabs(axes.col(2).dot(axes.col(0)))});
-  if (!(skew <= 1e-6)) {
-    transform.sheared = true;
-    return transform;
-  }
+  if (!(skew <= 1e-6)) return transform;
+  transform.sheared = false;
+  transform.has_rotation = true;
   transform.scale = lengths;
   if (axes.col(0).cross(axes.col(1)).dot(axes.col(2)) < 0) {
     axes = -axes;
@@ -162,9 +160,8 @@ NodeTransform compose(const NodeTransform& outer, const NodeTransform& inner) {
   }
   NodeTransform transform = make_transform(Matrix3(outer.linear * inner.linear),
                                            Vector3(outer.linear * inner.translation + outer.translation));
-  const auto has_rotation = [](const NodeTransform& one) { return !one.sheared || one.turned; };
-  if (transform.sheared && has_rotation(outer) && has_rotation(inner)) {
-    transform.turned = true;
+  if (transform.sheared && outer.has_rotation && inner.has_rotation) {
+    transform.has_rotation = true;
     transform.rotation = (outer.rotation * inner.rotation).normalized();
   }
   return transform;

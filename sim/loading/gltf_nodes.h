@@ -17,9 +17,9 @@ struct NodeTransform {
   Matrix3 linear = Matrix3::Identity();
   Vector3 translation = Vector3::Zero();
   bool sheared = false;
-  /// True where `rotation` is valid although the map is sheared: it is the product of the nodes' rotations,
-  /// without scales.
-  bool turned = false;
+  /// True where `rotation` is valid. That of a sheared map is the product of the nodes' rotations, without
+  /// scales.
+  bool has_rotation = true;
   Quaternion rotation = Quaternion::Identity();
   Vector3 scale = Vector3::Ones();
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "sim/loading/file_bytes.h"
 
@@ -155,6 +156,11 @@ int JsonValue::index(std::size_t size, const char* what) const {
   const std::uint64_t value = integer(~std::uint64_t{0});
   if (value >= size) fail("there is no {} {}: the file has {}", what, value, size);
   return static_cast<int>(value);
+}
+
+int JsonValue::find_index(const char* key, std::size_t size, const char* what) const {
+  const std::optional<JsonValue> value = find(key);
+  return value ? value->index(size, what) : -1;
 }
 
 std::vector<double> JsonValue::numbers(std::size_t size, std::string_view what) const {

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -97,6 +96,8 @@ class JsonValue {
   std::uint64_t integer(std::uint64_t largest) const;
   /// Reads an index into a list of `size` items, which messages call `what`.
   int index(std::size_t size, const char* what) const;
+  /// Reads `key` of an object as index() does; −1 where it is absent.
+  int find_index(const char* key, std::size_t size, const char* what) const;
   /// Reads an array of `size` numbers, which messages describe as `what` where it is given.
   std::vector<double> numbers(std::size_t size, std::string_view what = "") const;
   Vector3 vector3() const;

@@ -110,9 +110,8 @@ Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOpti
     if (is_gltf(file)) {
       GltfDocument document = read_gltf(file);
       if (is_mesh_file(document)) return scene_of_plain_gltf(document, options.value_or(MeshOptions{}));
-      if (options) {
+      if (options)
         throw Error(file.string() + ": is a scene: mass, pose and copies of its bodies are as it has them");
-      }
       return scene_of(SceneDraft(std::move(document)));
     }
     if (is_mesh_extension(lower_extension(file))) {

@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cerrno>
@@ -167,9 +166,8 @@ class MeshWriter {
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
       if ((mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0) continue;
-      if (!is_object && ++objects_ > most_objects) {
-        throw Error(fmt::format("it holds more than {} meshes, the most that are read", most_objects));
-      }
+      if (!is_object && ++objects_ > most_objects)
+        throw Error("it holds more than {} meshes, the most that are read", most_objects);
       is_object = true;
       add(std::span<const std::uint32_t>(&objects_, 1));
       add(std::span<const char>(node.mName.C_Str(), node.mName.length));
@@ -298,12 +296,11 @@ std::string answer_of_child(const fs::path& file, const std::string& bytes, cons
   }
   const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (signal == SIGXCPU || signal == SIGKILL || signal == SIGALRM) {
-    throw Error(fmt::format("{}: reading it takes longer than the {} s that its size allows: it is damaged",
-                            file.string(), limits.seconds));
+    throw Error("{}: reading it takes longer than the {} s that its size allows: it is damaged",
+                file.string(), limits.seconds);
   }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || answer.empty()) {
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || answer.empty())
     throw Error(file.string() + ": assimp fails to read it: it is damaged");
-  }
   return answer;
 }
 
@@ -315,7 +312,7 @@ Mesh taken_mesh(Reader& reader, const std::string& where) {
   mesh.triangles = reader.take<Triangle>();
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     if (mesh.positions[i].allFinite()) continue;
-    throw Error(fmt::format("{}: vertex {} is not finite; export the mesh again", where, i));
+    throw Error("{}: vertex {} is not finite; export the mesh again", where, i);
   }
   for (Vector3& normal : mesh.normals) normal = normal.stableNormalized();
   const auto is_unit = [](const Vector3& normal) { return normal.squaredNorm() > 0.5; };
@@ -324,7 +321,7 @@ Mesh taken_mesh(Reader& reader, const std::string& where) {
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (std::ranges::max(mesh.triangles[i]) < mesh.positions.size()) continue;
-    throw Error(fmt::format("{}: triangle {} is out of range", where, i));
+    throw Error("{}: triangle {} is out of range", where, i);
   }
   return mesh;
 }
@@ -366,9 +363,8 @@ MeshFile read_mesh_file(const fs::path& file) {
   const std::string bytes = read_bytes(file, complaint);
   if (bytes.empty()) throw Error(complaint + ": is empty");
   const std::string answer = answer_of_child(file, bytes, Limits(bytes.size()));
-  if (answer.front() != answer_mesh) {
-    throw Error(fmt::format("{}: cannot be read as a mesh: {}", complaint, printable(answer.substr(1))));
-  }
+  if (answer.front() != answer_mesh)
+    throw Error("{}: cannot be read as a mesh: {}", complaint, printable(answer.substr(1)));
   MeshFile mesh_file;
   mesh_file.hash = add_binary_to_hash(fnv1a_start, bytes);
   UniqueNames names;

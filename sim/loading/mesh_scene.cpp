@@ -18,8 +18,6 @@ namespace {
 constexpr int most_copies = 1000;
 constexpr double most_height = 1e5;  // m; the renderer shows nothing farther
 
-using Bounds = Eigen::AlignedBox3d;
-
 Quaternion quaternion_of(const Vector3& degrees) {
   Quaternion rotation = Quaternion::Identity();
   for (int axis = 0; axis < 3; ++axis) {
@@ -30,13 +28,14 @@ Quaternion quaternion_of(const Vector3& degrees) {
 
 void check(const MeshOptions& options, const std::string& file) {
   const auto require = [&](bool condition, const std::string& what) {
-    if (!condition) throw Error(fmt::format("{}: {}", file, what));
+    if (!condition) throw Error("{}: {}", file, what);
   };
-  const auto positive = [](double value) { return value > 0 && std::isfinite(value); };
-  require(positive(options.scale), fmt::format("the scale must be above 0, but is {}", options.scale));
-  require(positive(options.density), fmt::format("the density must be above 0, but is {}", options.density));
-  if (options.mass)
-    require(positive(*options.mass), fmt::format("the mass must be above 0, but is {}", *options.mass));
+  const auto require_positive = [&](double value, const char* what) {
+    require(value > 0 && std::isfinite(value), fmt::format("the {} must be above 0, but is {}", what, value));
+  };
+  require_positive(options.scale, "scale");
+  require_positive(options.density, "density");
+  if (options.mass) require_positive(*options.mass, "mass");
   if (options.height) {
     require(*options.height >= 0 && *options.height <= most_height,
             fmt::format("the height must be from 0 to {:g} m, but is {}", most_height, *options.height));
@@ -49,13 +48,11 @@ void check(const MeshOptions& options, const std::string& file) {
 
 /// An object as a body, without its initial pose.
 struct Solid {
-  std::string name;
+  Body body;
+  Pose file_from_body;
+  Polytope hull;       // in the file's frame, metres
   int first_mesh = 0;  // of the scene
   int meshes = 0;
-  Polytope hull;  // in the file's frame, metres
-  MassProperties properties;
-  Pose file_from_body;
-  Vector3 moments;
 };
 
 class MeshSceneBuilder {
@@ -77,8 +74,8 @@ class MeshSceneBuilder {
     scene_.images = std::move(meshes.images);
     for (MeshObject& object : meshes.objects) add_solid(object);
     if (solids_.size() * static_cast<std::size_t>(options.copies) > most_bodies) {
-      throw Error(fmt::format("{}: {} meshes in {} copies are more than {} bodies, the most that are made",
-                              file_, solids_.size(), options.copies, most_bodies));
+      throw Error("{}: {} meshes in {} copies are more than {} bodies, the most that are made", file_,
+                  solids_.size(), options.copies, most_bodies);
     }
     const double size = bounds(Quaternion::Identity()).sizes().maxCoeff();
     if (size > 20 || size < 0.01) {
@@ -108,7 +105,7 @@ class MeshSceneBuilder {
       if (options_.copies > 1) position += position_of_copy(copy, radius, height);
       if (copy > 0) {
         constexpr double golden_angle = 2.399963229728653;  // rotates no two copies alike
-        about_vertical = rotation_quaternion(copy % 1000 * golden_angle * Vector3::UnitY());
+        about_vertical = rotation_quaternion(copy * golden_angle * Vector3::UnitY());
       }
       const Pose world_from_file{position - about_vertical * centre, (about_vertical * turned).normalized()};
       for (const Solid& solid : solids_) add_body(solid, world_from_file, copy);
@@ -139,12 +136,12 @@ class MeshSceneBuilder {
   template <typename... Args>
   void warn(const Solid& solid, fmt::format_string<Args...> text, Args&&... args) {
     scene_.warnings.push_back(
-        fmt::format("mesh '{}': {}", solid.name, fmt::format(text, std::forward<Args>(args)...)));
+        fmt::format("mesh '{}': {}", solid.body.name, fmt::format(text, std::forward<Args>(args)...)));
   }
 
   void add_solid(MeshObject& object) {
     Solid solid;
-    solid.name = object.name;
+    solid.body.name = object.name;
     solid.first_mesh = static_cast<int>(scene_.meshes.size());
     solid.meshes = static_cast<int>(object.meshes.size());
     const std::string where = fmt::format("{}: mesh '{}'", file_, object.name);
@@ -173,27 +170,27 @@ class MeshSceneBuilder {
 
   /// Sets mass and principal axes: those of the solid that the triangles enclose, or of the hull.
   void set_mass(Solid& solid, const std::optional<MassProperties>& exact, const std::string& where) {
-    solid.properties = mass_properties(solid.hull);
-    const double hull_volume = solid.properties.mass;
+    MassProperties properties = mass_properties(solid.hull);
+    const double hull_volume = properties.mass;
     if (!exact) {
       warn(solid, "is not closed, so its mass properties are those of its convex hull");
     } else if (!(exact->mass > least_filled * hull_volume && exact->mass <= 1.001 * hull_volume)) {
       warn(solid, "cuts through itself, so its mass properties are those of its convex hull");
     } else {
-      solid.properties = *exact;
+      properties = *exact;
       if (hull_volume > 1.01 * exact->mass) {
         warn(solid, "collides as its convex hull, which has {:.2f} times its volume",
              hull_volume / exact->mass);
       }
     }
-    solid.properties =
-        with_mass(solid.properties, options_.mass.value_or(solid.properties.mass * options_.density));
-    const PrincipalInertia principal = symmetric_principal_inertia(solid.properties.inertia);
-    solid.file_from_body = {solid.properties.centre_of_mass, principal.orientation};
-    solid.moments = principal.moments;
-    const double mass = solid.properties.mass;
-    if (!(mass > 0 && std::isfinite(1 / mass) && principal.moments.minCoeff() > 0 &&
-          principal.moments.cwiseInverse().allFinite() && principal.moments.allFinite())) {
+    const double mass = options_.mass.value_or(properties.mass * options_.density);
+    const PrincipalInertia principal = symmetric_principal_inertia(with_mass(properties, mass).inertia);
+    solid.file_from_body = {properties.centre_of_mass, principal.orientation};
+    solid.body.body_from_node = solid.file_from_body.inverse();
+    solid.body.inverse_mass = 1 / mass;
+    solid.body.inverse_inertia = principal.moments.cwiseInverse();
+    if (!(mass > 0 && std::isfinite(solid.body.inverse_mass) && principal.moments.minCoeff() > 0 &&
+          solid.body.inverse_inertia.allFinite() && principal.moments.allFinite())) {
       throw Error(where +
                   ": its mass or size is too large or too small to compute with; --scale sets its size");
     }
@@ -201,11 +198,8 @@ class MeshSceneBuilder {
 
   void add_body(const Solid& solid, const Pose& world_from_file, int copy) {
     const int index = static_cast<int>(scene_.bodies.size());
-    Body& body = scene_.bodies.emplace_back();
-    body.name = copy == 0 ? solid.name : fmt::format("{} copy {}", solid.name, copy + 1);
-    body.inverse_mass = 1 / solid.properties.mass;
-    body.inverse_inertia = solid.moments.cwiseInverse();
-    body.body_from_node = solid.file_from_body.inverse();
+    Body& body = scene_.bodies.emplace_back(solid.body);
+    if (copy > 0) body.name += fmt::format(" copy {}", copy + 1);
     body.pose = world_from_file * solid.file_from_body;
     body.pose.orientation.normalize();
     Collider& collider = scene_.colliders.emplace_back();

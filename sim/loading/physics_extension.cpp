@@ -215,27 +215,20 @@ ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tab
   ColliderProperties collider;
   const JsonValue geometry = json.require("geometry");
   geometry.warn_of_unknown({"shape", "node", "mesh", "convexHull"});
-  const auto shape = geometry.find("shape");
-  const auto node = geometry.find("node");
-  const auto mesh = geometry.find("mesh");
-  if (shape.has_value() + node.has_value() + mesh.has_value() != 1) {
+  collider.shape = geometry.find_index("shape", tables.shapes.size(), "implicit shape");
+  collider.node = geometry.find_index("node", document.size_of("nodes"), "node");
+  collider.mesh = geometry.find_index("mesh", document.size_of("meshes"), "mesh");
+  if ((collider.shape >= 0) + (collider.node >= 0) + (collider.mesh >= 0) != 1) {
     geometry.fail("must have one of 'shape', 'node' and 'mesh'");
   }
-  if (shape) collider.shape = shape->index(tables.shapes.size(), "implicit shape");
-  if (node) collider.node = document.index_of(*node, "nodes", "node");
-  if (mesh) collider.mesh = document.index_of(*mesh, "meshes", "mesh");
   geometry.read("convexHull", collider.convex_hull, &JsonValue::boolean);
-  if (shape && tables.shapes[collider.shape].kind == Kind::mesh) {
+  if (collider.shape >= 0 && tables.shapes[collider.shape].kind == Kind::mesh) {
     collider.mesh = tables.shapes[collider.shape].mesh;
     collider.convex_hull = tables.shapes[collider.shape].convex_hull;
     collider.shape = -1;
   }
-  if (const auto material = json.find("physicsMaterial")) {
-    collider.material = material->index(tables.materials.size(), "physics material");
-  }
-  if (const auto filter = json.find("collisionFilter")) {
-    collider.filter = filter->index(tables.filters.size(), "collision filter");
-  }
+  collider.material = json.find_index("physicsMaterial", tables.materials.size(), "physics material");
+  collider.filter = json.find_index("collisionFilter", tables.filters.size(), "collision filter");
   return collider;
 }
 
@@ -280,15 +273,9 @@ NodePhysics read_node_physics(const GltfDocument& document, std::size_t node, co
     } else {
       read_collider(*trigger, tables, document);
     }
-  }
-  if (const auto joint = extension->find("joint")) {
-    joint->warn_of_unknown({"connectedNode", "joint", "enableCollision"});
-    physics.joint = JointProperties{document.index_of(joint->require("connectedNode"), "nodes", "node"),
-                                    joint->require("joint").index(tables.joints.size(), "physics joint"),
-                                    joint->get("enableCollision", false, &JsonValue::boolean)};
-  }
-  if (extension->find("trigger"))
     document.item_of("nodes", node).warn("a trigger is ignored: it moves nothing");
+  }
+  physics.has_joint = extension->find("joint").has_value();
   return physics;
 }
 

@@ -47,16 +47,10 @@ struct ColliderProperties {
   int filter = -1;
 };
 
-struct JointProperties {
-  int connected_node = -1;
-  int description = -1;
-  bool enable_collision = false;
-};
-
 struct NodePhysics {
   std::optional<MotionProperties> motion;
   std::optional<ColliderProperties> collider;
-  std::optional<JointProperties> joint;
+  bool has_joint = false;  ///< add_joints() reads it
 };
 
 struct CollisionFilter {

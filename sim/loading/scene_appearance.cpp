@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <numbers>
-#include <string_view>
 #include <utility>
 
 #include "sim/math/rotation.h"

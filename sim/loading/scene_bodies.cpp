@@ -137,21 +137,23 @@ std::vector<int> static_colliders_of(const SceneDraft& draft, int node) {
   return result;
 }
 
-void add_joint(SceneDraft& draft, int node, const JointProperties& properties) {
+void add_joint(SceneDraft& draft, int node) {
   const JsonValue place = draft.extension(node, "joint");
+  place.warn_of_unknown({"connectedNode", "joint", "enableCollision"});
   const std::vector<GltfNode>& nodes = draft.document.nodes;
-  const int connected = properties.connected_node;
+  const JsonValue connection = place.require("connectedNode");
+  const int connected = draft.document.index_of(connection, "nodes", "node");
   if (!nodes[connected].in_scene) {
-    place.require("connectedNode")
-        .fail("the joint leads to node {} ('{}'), which is not in the scene", connected,
-              nodes[connected].name);
+    connection.fail("the joint leads to node {} ('{}'), which is not in the scene", connected,
+                    nodes[connected].name);
   }
-  Joint joint = draft.tables.joints[properties.description];
+  const std::vector<Joint>& descriptions = draft.tables.joints;
+  Joint joint = descriptions[place.require("joint").index(descriptions.size(), "physics joint")];
   joint.name = nodes[node].name;
-  joint.enable_collision = properties.enable_collision;
+  place.read("enableCollision", joint.enable_collision, &JsonValue::boolean);
   const auto frame = [&](int end, int& body) {
     const NodeAttachment& attached = draft.attachments[end];
-    if (attached.in_node.sheared && !attached.in_node.turned) {
+    if (!attached.in_node.has_rotation) {
       place.fail("node {} ('{}') is sheared or flat, so the joint has no frame there", end, nodes[end].name);
     }
     if (attached.in_node.sheared) {
@@ -220,7 +222,7 @@ void place_bodies(SceneDraft& draft) {
 
 void add_joints(SceneDraft& draft) {
   for (std::size_t i = 0; i < draft.physics.size(); ++i) {
-    if (draft.physics[i].joint) add_joint(draft, static_cast<int>(i), *draft.physics[i].joint);
+    if (draft.physics[i].has_joint) add_joint(draft, static_cast<int>(i));
   }
 }
 

@@ -1,4 +1,4 @@
-#include <memory>
+#include <list>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,10 +27,6 @@ struct ColliderGeometry {
 
 void add_triangles(const Mesh& mesh, const NodeTransform& placement, ColliderGeometry& geometry) {
   const auto first = static_cast<std::uint32_t>(geometry.points.size());
-  if (first == 0) {
-    geometry.points.reserve(mesh.positions.size());
-    geometry.triangles.reserve(mesh.triangles.size());
-  }
   for (const Vector3& position : mesh.positions) {
     geometry.points.push_back(placement.linear * position + placement.translation);
   }
@@ -117,22 +113,22 @@ class Colliders {
                                 const JsonValue& place) {
     const int node = properties.node;
     const int mesh = properties.mesh;
-    for (const std::unique_ptr<ColliderGeometry>& known : geometries_) {
-      if (known->node == node && known->mesh == mesh && known->scale == scale) return *known;
+    for (ColliderGeometry& known : geometries_) {
+      if (known.node == node && known.mesh == mesh && known.scale == scale) return known;
     }
-    auto geometry = std::make_unique<ColliderGeometry>();
-    geometry->node = node;
-    geometry->mesh = mesh;
-    geometry->scale = scale;
+    ColliderGeometry& geometry = geometries_.emplace_back();
+    geometry.node = node;
+    geometry.mesh = mesh;
+    geometry.scale = scale;
     // The node's own place does not count: its meshes are in its own frame.
-    if (node >= 0) add_node(node, scaling(scale), *geometry, place);
-    if (node < 0) add_mesh(draft_.meshes[mesh], -1, scaling(scale), *geometry, place);
-    if (geometry->triangles.empty() && node < 0) place.fail("its geometry is a mesh without triangles");
-    if (geometry->triangles.empty()) {
+    if (node >= 0) add_node(node, scaling(scale), geometry, place);
+    if (node < 0) add_mesh(draft_.meshes[mesh], -1, scaling(scale), geometry, place);
+    if (geometry.triangles.empty() && node < 0) place.fail("its geometry is a mesh without triangles");
+    if (geometry.triangles.empty()) {
       place.fail("its geometry, node {} ('{}'), has no mesh of triangles", node,
                  draft_.document.nodes[node].name);
     }
-    return *geometries_.emplace_back(std::move(geometry));
+    return geometry;
   }
 
   /// Adds the meshes at a node and below.
@@ -171,16 +167,16 @@ class Colliders {
 
   // Nodes with a mesh each often have the same mesh, and its hull takes long.
   const SimplifiedHull& hull_of(ColliderGeometry& geometry, const std::string& what) {
-    for (const std::unique_ptr<ColliderGeometry>& other : geometries_) {
+    for (const ColliderGeometry& other : geometries_) {
       if (geometry.hull) break;
-      if (other->hull && other->points == geometry.points) geometry.hull = other->hull;
+      if (other.hull && other.points == geometry.points) geometry.hull = other.hull;
     }
     if (!geometry.hull) geometry.hull = simplified_hull(geometry.points, what);
     return *geometry.hull;
   }
 
   SceneDraft& draft_;
-  std::vector<std::unique_ptr<ColliderGeometry>> geometries_;
+  std::list<ColliderGeometry> geometries_;
   std::vector<std::optional<Polytope>> faceted_;  // of each implicit shape, unscaled
 };
 

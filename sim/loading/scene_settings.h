@@ -37,10 +37,6 @@ inline constexpr int substeps_in_loop = 40;
 /// needs no more than 10, and with light bodies a larger n makes it unstable. The report names no n.
 int needed_substeps(const Scene& scene);
 
-/// Returns the number of sub-steps above which A5 with 'stable' joints gets worse (claim 6 of the report):
-/// 100 for a chain of rods, 40 in loops, 20 in loops that springs close.
-int most_substeps_of_a5(const Scene& scene);
-
 /// Returns why the settings' n may not suffice: the masses need more than the largest default, or A5 gets
 /// worse with so many. Empty where nothing speaks against n.
 std::string doubt_about_substeps(const Scene& scene, const Settings& settings);

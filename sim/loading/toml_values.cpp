@@ -17,21 +17,21 @@ toml::table TomlValues::parse() const {
     return toml::parse_file(file_.string());
   } catch (const toml::parse_error& error) {
     const auto line = error.source().begin.line;
-    if (line == 0) throw Error(fmt::format("{}: cannot be read: {}", file_.string(), error.description()));
-    throw Error(fmt::format("{}:{}: {}", file_.string(), line, error.description()));
+    if (line == 0) throw Error("{}: cannot be read: {}", file_.string(), error.description());
+    throw Error("{}:{}: {}", file_.string(), line, error.description());
   }
 }
 
 void TomlValues::fail(const toml::node& node, const std::string& what) const {
-  throw Error(fmt::format("{}:{}: {}", file_.string(), node.source().begin.line, what));
+  throw Error("{}:{}: {}", file_.string(), node.source().begin.line, what);
 }
 
 void TomlValues::expect_keys(const toml::table& table, std::string_view where,
                              const std::vector<std::string_view>& known) const {
   for (const auto& [key, node] : table) {
     if (std::ranges::find(known, key.str()) != known.end()) continue;
-    throw Error(fmt::format("{}:{}: unknown key '{}' in {}; known are {}", file_.string(),
-                            key.source().begin.line, key.str(), where, fmt::join(known, ", ")));
+    throw Error("{}:{}: unknown key '{}' in {}; known are {}", file_.string(), key.source().begin.line,
+                key.str(), where, fmt::join(known, ", "));
   }
 }
 

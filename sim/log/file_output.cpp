@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view extension = ".partial";
 
 [[noreturn]] void refuse(const fs::path& file, int failure) {
-  throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(failure)));
+  throw Error("{}: cannot be written: {}", file.string(), std::strerror(failure));
 }
 
 bool is_device(const fs::path& file) {
@@ -51,19 +51,17 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 struct Entry {
   enum State { unused, taken, listed };
   std::atomic<int> state{unused};
-  bool is_folder = false;
   std::array<char, 4096> path{};
 };
 std::array<Entry, 128> entries;
 std::array<std::atomic<pid_t>, 16> writers;
 std::atomic<bool> is_ending{false};
 
-int listed(const fs::path& path, bool is_folder) {
+int listed(const fs::path& path) {
   if (path.native().size() >= Entry{}.path.size()) return -1;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     int expected = Entry::unused;
     if (!entries[i].state.compare_exchange_strong(expected, Entry::taken)) continue;
-    entries[i].is_folder = is_folder;
     std::memcpy(entries[i].path.data(), path.c_str(), path.native().size() + 1);
     entries[i].state = Entry::listed;
     return static_cast<int>(i);
@@ -156,9 +154,7 @@ int make(const fs::path& path, PartialFile::Kind kind) {
 
 PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)) {
   static std::atomic<int> count{0};
-  if (is_device(target_)) {
-    throw Error(fmt::format("{}: cannot be replaced: it is a device", target_.string()));
-  }
+  if (is_device(target_)) throw Error("{}: cannot be replaced: it is a device", target_.string());
   remove_left_ones(target_);
   // Make another file if a process takes this one for stale and removes it before it is locked.
   do {
@@ -167,7 +163,7 @@ PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)
     path_.replace_filename(
         fmt::format(".{}.{}-{}{}", target_.filename().string(), ::getpid(), count.fetch_add(1), extension));
     unlist(slot_);
-    slot_ = listed(path_, kind == Kind::folder);
+    slot_ = listed(path_);
     descriptor_ = make(path_, kind);
     if (descriptor_ < 0) {
       const int failure = errno;
@@ -232,11 +228,7 @@ void remove_partial_files() noexcept {
   }
   for (const Entry& entry : entries) {
     if (entry.state != Entry::listed) continue;
-    if (entry.is_folder) {
-      remove_folder(entry.path.data());
-    } else {
-      ::unlink(entry.path.data());
-    }
+    if (::unlink(entry.path.data()) != 0 && errno == EISDIR) remove_folder(entry.path.data());
   }
 }
 
@@ -301,12 +293,9 @@ std::optional<std::string> content_of(const fs::path& file) {
 void require_folder_of(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) {
-    throw Error(fmt::format("{}: cannot be written: there is no folder {}", file.string(), folder.string()));
-  }
-  if (fs::is_directory(file, ignored)) {
-    throw Error(fmt::format("{}: cannot be written: it is a folder", file.string()));
-  }
+  if (!fs::is_directory(folder, ignored))
+    throw Error("{}: cannot be written: there is no folder {}", file.string(), folder.string());
+  if (fs::is_directory(file, ignored)) throw Error("{}: cannot be written: it is a folder", file.string());
 }
 
 void require_separate_files(std::span<const GivenFile> inputs, std::span<const GivenFile> outputs) {
@@ -315,13 +304,13 @@ void require_separate_files(std::span<const GivenFile> inputs, std::span<const G
     if (is_device(output.file)) continue;
     for (const GivenFile& input : inputs) {
       if (!is_same_file(output.file, input.file)) continue;
-      throw Error(fmt::format("{}: is {} and would be overwritten as {}: give another name",
-                              output.file.string(), input.role, output.role));
+      throw Error("{}: is {} and would be overwritten as {}: give another name", output.file.string(),
+                  input.role, output.role);
     }
     for (const GivenFile& other : outputs.first(i)) {
       if (!is_same_file(output.file, other.file)) continue;
-      throw Error(fmt::format("{}: {} and {} are one file: give them different names", output.file.string(),
-                              other.role, output.role));
+      throw Error("{}: {} and {} are one file: give them different names", output.file.string(), other.role,
+                  output.role);
     }
   }
 }

@@ -142,8 +142,7 @@ class PoseLogReader {
 
   template <typename... Args>
   [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) const {
-    throw Error(
-        fmt::format("{}:{}: {}", what_, line_number_, fmt::format(text, std::forward<Args>(args)...)));
+    throw Error("{}:{}: {}", what_, line_number_, fmt::format(text, std::forward<Args>(args)...));
   }
 
  private:
@@ -313,8 +312,8 @@ PoseLog header_of(const Simulation& simulation, int full_every) {
 /// the run ended.
 std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
                 const std::function<void(PoseLog::Frame)>& take) {
-  if (frames < 0) throw Error(fmt::format("{} frames cannot be run", frames));
-  if (full_every < 1) throw Error(fmt::format("full poses every {} frames: must be at least 1", full_every));
+  if (frames < 0) throw Error("{} frames cannot be run", frames);
+  if (full_every < 1) throw Error("full poses every {} frames: must be at least 1", full_every);
   const auto frame_of = [&](bool full) {
     return PoseLog::Frame{hash(simulation.state()), full ? simulation.state().q : std::vector<Coordinates>{}};
   };

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "sim/error.h"
@@ -34,7 +33,7 @@ class Rows {
  public:
   explicit Rows(const fs::path& file) : what_(file.string()), stream_(file, std::ios::binary) {
     std::error_code ignored;
-    if (!stream_ || fs::is_directory(file, ignored)) throw Error(fmt::format("{}: cannot be read", what_));
+    if (!stream_ || fs::is_directory(file, ignored)) throw Error("{}: cannot be read", what_);
   }
 
   /// Reads the next row that is not blank. Returns false at the end.
@@ -63,7 +62,7 @@ class Rows {
 
   template <typename... Args>
   [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) const {
-    throw Error(fmt::format("{}:{}: {}", what_, line_, fmt::format(text, std::forward<Args>(args)...)));
+    throw Error("{}:{}: {}", what_, line_, fmt::format(text, std::forward<Args>(args)...));
   }
 
  private:
@@ -119,8 +118,8 @@ class PoseTableReader {
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
       const auto [found, is_new] = indices_.emplace(scene.bodies[i].name, i);
       if (!is_new && (needs_rows(i) || needs_rows(found->second))) {
-        throw Error(fmt::format("{}: two bodies of {} are called {}: a table cannot tell them apart",
-                                file.string(), scene.name, found->first));
+        throw Error("{}: two bodies of {} are called {}: a table cannot tell them apart", file.string(),
+                    scene.name, found->first);
       }
     }
   }
@@ -325,12 +324,11 @@ PoseLog read_run(const fs::path& file, const Scene& scene, double step) {
     return log_of(read_pose_table(file, scene, step), scene, step, file.stem().string());
   PoseLog log = read_pose_log(file);
   if (scene.hash != log.scene_hash) {
-    throw Error(fmt::format("{}: was made from another version of {}: run it again", file.string(),
-                            scene.file.string()));
+    throw Error("{}: was made from another version of {}: run it again", file.string(), scene.file.string());
   }
   if (scene.bodies.size() != log.bodies.size()) {
-    throw Error(fmt::format("{}: has {} bodies, {} has {}", file.string(), log.bodies.size() - 1,
-                            scene.file.string(), scene.bodies.size() - 1));
+    throw Error("{}: has {} bodies, {} has {}", file.string(), log.bodies.size() - 1, scene.file.string(),
+                scene.bodies.size() - 1);
   }
   return log;
 }

@@ -1,13 +1,10 @@
 #include "sim/math/floating_point.h"
 
-#if defined(__x86_64__)
 #include <fpu_control.h>
 #include <xmmintrin.h>
-#endif
 
 namespace substep {
 
-#if defined(__x86_64__)
 // Only the two control registers are saved: the functions of <cfenv> save all of x87's state, which takes as
 // long as a step of the smallest scene.
 DefaultFloatingPoint::DefaultFloatingPoint() : vector_control_(_mm_getcsr()), stack_control_(0) {
@@ -25,15 +22,5 @@ DefaultFloatingPoint::~DefaultFloatingPoint() {
   _FPU_SETCW(stack_control_);
   _mm_setcsr(vector_control_);
 }
-#else
-DefaultFloatingPoint::DefaultFloatingPoint() : environment_() {
-  std::fegetenv(&environment_);
-  std::fesetenv(FE_DFL_ENV);
-}
-
-DefaultFloatingPoint::~DefaultFloatingPoint() {
-  std::fesetenv(&environment_);
-}
-#endif
 
 }  // namespace substep

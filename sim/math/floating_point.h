@@ -1,8 +1,6 @@
 #pragma once
 /// The floating-point environment in which results have the same bits everywhere.
 
-#include <cfenv>
-
 namespace substep {
 
 /// Makes this thread round to nearest, keep subnormal numbers and trap no exception, and restores the
@@ -16,12 +14,8 @@ class DefaultFloatingPoint {
   DefaultFloatingPoint& operator=(const DefaultFloatingPoint&) = delete;
 
  private:
-#if defined(__x86_64__)
   unsigned int vector_control_;   // of SSE, which does all our arithmetic
   unsigned short stack_control_;  // of x87, from which the C library takes the rounding of decimals
-#else
-  std::fenv_t environment_;
-#endif
 };
 
 }  // namespace substep

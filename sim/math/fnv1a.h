@@ -2,6 +2,7 @@
 /// 64-bit FNV-1a (Fowler, Noll and Vo), which detects changes of bytes but no forgery. A hash can be
 /// continued by passing it as the start of the next.
 
+#include <bit>
 #include <cstdint>
 #include <string_view>
 
@@ -17,13 +18,9 @@ constexpr std::uint64_t fnv1a(std::string_view bytes, std::uint64_t start = fnv1
 }
 
 /// Returns the hash of the lowest `bytes` bytes of a number, the lowest first.
-constexpr std::uint64_t fnv1a_of_number(std::uint64_t number, int bytes, std::uint64_t start) {
-  std::uint64_t hash = start;
-  for (int i = 0; i < bytes; ++i) {
-    const char byte = static_cast<char>(number >> (8 * i) & 0xff);
-    hash = fnv1a({&byte, 1}, hash);
-  }
-  return hash;
+inline std::uint64_t fnv1a_of_number(std::uint64_t number, int bytes, std::uint64_t start) {
+  static_assert(std::endian::native == std::endian::little);
+  return fnv1a({reinterpret_cast<const char*>(&number), static_cast<std::size_t>(bytes)}, start);
 }
 
 }  // namespace substep

@@ -9,34 +9,9 @@
 namespace substep {
 namespace {
 
-/// An approximation as switches over the listing of A3.
-struct Switches {
-  std::string_view name;
-  bool bias_update = false;
-  bool frozen_jacobian = false;
-  bool summed_rotation = false;
-  bool current_jacobian_bias = false;
-  bool unstepped = false;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
-
-  bool exact_bias() const { return !bias_update && !current_jacobian_bias; }
-};
-
-/// By Approximation.
-constexpr std::array<Switches, approximations.size()> switches{
-    {{.name = "none (A3)"},
-     {.name = "bias update", .bias_update = true},
-     {.name = "frozen Jacobian", .frozen_jacobian = true},
-     {.name = "summed rotation", .summed_rotation = true},
-     {.name = "current Jacobian in the bias", .current_jacobian_bias = true},
-     {.name = "all of A4's",
-      .bias_update = true,
-      .frozen_jacobian = true,
-      .summed_rotation = true,
-      .unstepped = true}}};
-
 class Experiment {
  public:
-  explicit Experiment(const Switches& approximations) : approximations_(approximations) {}
+  explicit Experiment(const Approximation& switches) : switches_(switches) {}
 
   void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
                   Work& work) {
@@ -45,7 +20,7 @@ class Experiment {
     const double hs = settings.step / n;
     Constraints& c = problem.c;
     Substeps& substeps = problem.substeps;
-    substeps.bias_at_next_frame = approximations_.exact_bias();
+    substeps.bias_at_next_frame = switches_.exact_bias();
     stepped_ = q;
     first_ = c;
     set_zero(work.sum);
@@ -65,7 +40,7 @@ class Experiment {
       }
       add(v_local, work.sum);
       step_coordinates(hs, v_local, stepped_);
-      if (approximations_.unstepped) {
+      if (switches_.unstepped) {
         add(v_local, substeps.offset);
       } else {
         substeps.stepped = stepped_;
@@ -75,7 +50,7 @@ class Experiment {
     }
     for (std::size_t i = 0; i < q.size(); ++i) {
       q[i].linear += hs * work.sum[i].linear;
-      q[i].angular = approximations_.summed_rotation
+      q[i].angular = switches_.summed_rotation
                          ? compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular))
                          : stepped_[i].angular;
     }
@@ -85,16 +60,16 @@ class Experiment {
   /// Makes J̆ʲ⁺¹ and βʲ⁺¹ of lines 15 and 16, each exact or not.
   void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
     Constraints& c = problem.c;
-    if (approximations_.bias_update) update_biases(problem, v_local);
+    if (switches_.bias_update) update_biases(problem, v_local);
     before_ = c;
     formulate(problem, stepped_, hs);
-    if (approximations_.frozen_jacobian) {
+    if (switches_.frozen_jacobian) {
       std::swap(before_, c);
-      if (approximations_.exact_bias()) take_biases(before_, c);
-    } else if (approximations_.bias_update) {
+      if (switches_.exact_bias()) take_biases(before_, c);
+    } else if (switches_.bias_update) {
       take_biases(before_, c);
     }
-    if (approximations_.current_jacobian_bias) {
+    if (switches_.current_jacobian_bias) {
       take_biases(first_, c);
       update_biases(problem, sum);
     }
@@ -121,7 +96,7 @@ class Experiment {
     contacts.touching = from.contacts.touching;
   }
 
-  const Switches& approximations_;
+  Approximation switches_;
   CoordinateVector stepped_;
   Constraints first_;   ///< with J̆¹, β¹
   Constraints before_;  ///< of the sub-step that ends
@@ -129,12 +104,8 @@ class Experiment {
 
 }  // namespace
 
-std::string_view name(Approximation approximation) {
-  return switches[static_cast<std::size_t>(approximation)].name;
-}
-
-Procedure ablation_procedure(Approximation approximation) {
-  return Experiment(switches[static_cast<std::size_t>(approximation)]);
+Procedure ablation_procedure(const Approximation& approximation) {
+  return Experiment(approximation);
 }
 
 std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon) {
@@ -143,7 +114,7 @@ std::vector<double> ablation_costs(const Scene& scene, int substeps, double hori
   settings.substeps = substeps;
   const MeasuredRun exact = measured_run(scene, settings, horizon);
   std::vector<double> costs;
-  for (const Approximation approximation : approximations) {
+  for (const Approximation& approximation : approximations) {
     Simulation simulation(scene, settings, ablation_procedure(approximation));
     costs.push_back(position_difference(measured_run(simulation, horizon), exact));
   }

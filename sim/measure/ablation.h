@@ -11,26 +11,34 @@
 
 namespace substep {
 
-/// The approximation of A4 or A5 that is switched on in A3.
-enum class Approximation {
-  exact,                  ///< none: A3
-  bias_update,            ///< proc4:16, βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ, with J̆ʲ exact
-  frozen_jacobian,        ///< proc4:15, J̆ʲ⁺¹ ≈ J̆ʲ, with βʲ⁺¹ exact
-  summed_rotation,        ///< proc4:20, the rotation of the sum at the step's end
-  current_jacobian_bias,  ///< A5's (IV.4.1): βʲ⁺¹ = β¹ − J̆ʲ⁺¹ Σ v̆, with J̆ exact
-  all_of_a4,              ///< lines 15, 16 and 20: A4
+/// Approximations of A4 and A5, as switches over the listing of A3.
+struct Approximation {
+  std::string_view name;               ///< as tables print it
+  bool bias_update = false;            ///< proc4:16, βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ, with J̆ʲ exact
+  bool frozen_jacobian = false;        ///< proc4:15, J̆ʲ⁺¹ ≈ J̆ʲ, with βʲ⁺¹ exact
+  bool summed_rotation = false;        ///< proc4:20, the rotation of the sum at the step's end
+  bool current_jacobian_bias = false;  ///< A5's (IV.4.1): βʲ⁺¹ = β¹ − J̆ʲ⁺¹ Σ v̆, with J̆ exact
+  bool unstepped = false;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
+
+  bool exact_bias() const { return !bias_update && !current_jacobian_bias; }
 };
 
-inline constexpr std::array approximations{
-    Approximation::exact,           Approximation::bias_update,           Approximation::frozen_jacobian,
-    Approximation::summed_rotation, Approximation::current_jacobian_bias, Approximation::all_of_a4};
-
-/// "bias update", as tables print it.
-std::string_view name(Approximation approximation);
+/// No approximation, each one alone, and A4's together.
+inline constexpr std::array<Approximation, 6> approximations{
+    {{.name = "none (A3)"},
+     {.name = "bias update", .bias_update = true},
+     {.name = "frozen Jacobian", .frozen_jacobian = true},
+     {.name = "summed rotation", .summed_rotation = true},
+     {.name = "current Jacobian in the bias", .current_jacobian_bias = true},
+     {.name = "all of A4's",
+      .bias_update = true,
+      .frozen_jacobian = true,
+      .summed_rotation = true,
+      .unstepped = true}}};
 
 /// Returns a procedure for Simulation with settings of A3. It keeps buffers, so each simulation needs its
 /// own. 'Stable' joints recompute their Jacobian in all approximations, as in A4.
-Procedure ablation_procedure(Approximation approximation);
+Procedure ablation_procedure(const Approximation& approximation);
 
 /// Returns the cost of each approximation, in the order of `approximations`: the largest distance of a body
 /// from its position in A3 with plain joints at the horizon, m.

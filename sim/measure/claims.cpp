@@ -5,12 +5,11 @@
 
 #include <array>
 #include <cmath>
-#include <string>
-#include <utility>
 
 #include "sim/measure/ablation.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/motion.h"
+#include "sim/measure/text_table.h"
 
 namespace substep {
 namespace {
@@ -50,10 +49,10 @@ constexpr std::string_view ablation_caption =
 constexpr std::string_view energy_caption =
     "Largest rise of energy above the start's in 5 s, in J, of scenes that nothing drives (n = 4, m = 1)";
 
-TextTable ablation_table(const claims::Measurement& measurement) {
+TextTable ablation_table(claims::Measurement& measurement) {
   TextTable table{{"approximation"}, {}};
-  for (const Approximation approximation : approximations)
-    table.rows.push_back({std::string(name(approximation))});
+  for (const Approximation& approximation : approximations)
+    table.rows.push_back({std::string(approximation.name)});
   // The heavy chain needs more sub-steps to stay a chain at all.
   for (const auto& [scene, n] : {std::pair{"pendulum", 4},
                                  {"rod_chain", 4},
@@ -67,7 +66,7 @@ TextTable ablation_table(const claims::Measurement& measurement) {
   return table;
 }
 
-TextTable energy_table(const claims::Measurement& measurement) {
+TextTable energy_table(claims::Measurement& measurement) {
   const std::vector<std::string> scenes{"pendulum", "rod_chain", "heavy_chain"};
   TextTable table{{""}, {}};
   table.head.insert(table.head.end(), scenes.begin(), scenes.end());
@@ -90,20 +89,22 @@ TextTable energy_table(const claims::Measurement& measurement) {
 
 }  // namespace
 
-ClaimsReport measure_claims(const std::filesystem::path& folder,
-                            const std::function<void(double)>& progress) {
+std::string measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress) {
   using namespace claims;
   Measurement measurement(folder);
-  ClaimsReport report;
   constexpr std::array all{claim1,  claim2,  claim3,  claim4,  claim5,  claim6,  claim7,  claim8, claim9,
                            claim10, claim11, claim12, claim13, claim14, claim15, claim16, claim17};
+  std::string text;
+  double done = 0;
   for (const auto measure : all) {
-    progress(static_cast<double>(report.claims.size()) / all.size());
-    report.claims.push_back(measure(measurement));
+    progress(done++ / all.size());
+    const Claim claim = measure(measurement);
+    text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n\n{}\n", claim.number, claim.section,
+                        claim.claim, claim.verdict(), claim.measured, figures_of(claim));
   }
-  report.ablation = ablation_table(measurement);
-  report.energy = energy_table(measurement);
-  return report;
+  return text + fmt::format("\n{}:\n\n{}\n{}:\n\n{}", ablation_caption,
+                            to_markdown(ablation_table(measurement)), energy_caption,
+                            to_markdown(energy_table(measurement)));
 }
 
 std::string Claim::verdict() const {
@@ -114,17 +115,6 @@ std::string Claim::verdict() const {
   if (holding.empty()) return "does not hold";
   if (holding.size() <= failing.size()) return fmt::format("holds only: {}", fmt::join(holding, "; "));
   return fmt::format("holds except: {}", fmt::join(failing, "; "));
-}
-
-std::string to_markdown(const ClaimsReport& report) {
-  std::string text;
-  for (const Claim& claim : report.claims) {
-    text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n\n{}\n", claim.number, claim.section,
-                        claim.claim, claim.verdict(), claim.measured, figures_of(claim));
-  }
-  text += fmt::format("\n{}:\n\n{}\n{}:\n\n{}", ablation_caption, to_markdown(report.ablation),
-                      energy_caption, to_markdown(report.energy));
-  return text;
 }
 
 }  // namespace substep

@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "sim/measure/text_table.h"
-
 namespace substep {
 
 /// A row of a claim's table: one number, or one for each of the claim's columns.
@@ -43,17 +41,11 @@ struct Claim {
   std::string verdict() const;
 };
 
-struct ClaimsReport {
-  std::vector<Claim> claims;
-  TextTable ablation;  ///< the cost of each approximation between A3 and A5, by scene
-  TextTable energy;    ///< the rise of energy of passive scenes, by algorithm
-};
+/// Measures all claims on the scene files of `folder`: about half a minute. Returns, as Markdown, for each
+/// claim its verdict, a table and a list, then the cost of each approximation between A3 and A5, and the rise
+/// of energy of passive scenes. All but timings, which ~ marks, is the same in every run. No table has more
+/// than seven columns or two numbers in a cell. `progress` receives the measured fraction. Throws Error when
+/// a scene cannot be read.
+std::string measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress);
 
-/// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
-/// every run. `progress` receives the measured fraction. Throws Error when a scene cannot be read.
-ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress);
-
-/// Returns for each claim its verdict, a table and a list, then the ablation and the rises of energy. Timings
-/// are marked by ~. No table has more than seven columns or two numbers in a cell.
-std::string to_markdown(const ClaimsReport& report);
 }  // namespace substep

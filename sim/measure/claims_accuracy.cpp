@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 
 #include "sim/algorithms.h"
 #include "sim/measure/claims_measurement.h"

@@ -1,7 +1,5 @@
 #include "sim/measure/claims_measurement.h"
 
-#include <fmt/format.h>
-
 #include "sim/algorithms.h"
 #include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
@@ -45,7 +43,6 @@ Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
 Formulated::Formulated(const Scene& scene, Joints joints, double hs)
     : model(build_model(scene)), finder(scene, model), state(initial_state(scene)) {
   problem.model = &model;
-  problem.contacts = &no_contacts;
   problem.substeps.duration = hs;
   problem.substeps.offset.resize(state.v.size());
   if (model.contacts) problem.contacts = &finder.find(state, scene.step, 1);
@@ -75,12 +72,11 @@ Row Formulated::in_world(const Block& x, int row) const {
   return result;
 }
 
-Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) {
-  for (const char* name : {"rod_chain", "heavy_chain", "pendulum", "incline", "powered_wheel", "box_stack",
-                           "tumbling_body", "stone_pyramid", "card_house"}) {
-    scenes_[name] = load_scene(folder / (std::string(name) + ".gltf"));
-  }
-  scenes_["tumbling rod_chain"] = tumbling(scenes_["rod_chain"]);
+const Scene& Measurement::scene(const std::string& name) {
+  const auto found = scenes_.find(name);
+  if (found != scenes_.end()) return found->second;
+  const bool is_tumbling = name == "tumbling rod_chain";
+  return scenes_[name] = is_tumbling ? tumbling(scene("rod_chain")) : load_scene(folder_ / (name + ".gltf"));
 }
 
 const Reference& Measurement::reference(const std::string& name) {
@@ -91,9 +87,8 @@ const Reference& Measurement::reference(const std::string& name) {
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }
 
-/// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
 MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
-                             double duration) const {
+                             double duration) {
   const Settings settings = settings_of(scene(name), algorithm, n, m, joints);
   if (algorithm > Algorithm::a2) return measured_run(scene(name), settings, duration);
   // Pass the procedure, so that it takes a step as one.

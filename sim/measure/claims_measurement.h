@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/constraints/contact_finder.h"
@@ -51,7 +52,6 @@ struct Formulated {
   /// inertia of the turned body.
   Row in_world(const Block& x, int row) const;
 
-  std::vector<Contact> no_contacts;
   Model model;
   ContactFinder finder;
   State state;
@@ -61,16 +61,18 @@ struct Formulated {
 /// Loads the scenes of the claims, runs them, and keeps their references.
 class Measurement {
  public:
-  explicit Measurement(const std::filesystem::path& folder);
+  explicit Measurement(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  const Scene& scene(const std::string& name) const { return scenes_.at(name); }
+  /// Returns a scene of the folder, or "tumbling rod_chain". Throws Error where it cannot be read.
+  const Scene& scene(const std::string& name);
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Returns the reference of a scene. It is computed once, since A1 at small steps takes most of the time.
   const Reference& reference(const std::string& name);
 
+  /// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
   MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
-                  double duration = horizon) const;
+                  double duration = horizon);
 
   double error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
 

@@ -8,7 +8,6 @@
 
 #include "sim/algorithms.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/substep_map.h"
@@ -129,7 +128,7 @@ Claim claim12(Measurement& measurement) {
   const Scene& wheel = measurement.scene("powered_wheel");
   const auto driven =
       std::ranges::find_if(wheel.joints, [](const Joint& joint) { return !joint.drives.empty(); });
-  if (driven == wheel.joints.end()) throw Error(fmt::format("{}: no joint has a drive", wheel.file.string()));
+  if (driven == wheel.joints.end()) throw Error("{}: no joint has a drive", wheel.file.string());
   const JointDrive& drive = driven->drives.front();
   Claim claim{12,
               "IV.3.1.4",
@@ -200,7 +199,7 @@ Claim claim15(Measurement& measurement) {
     }
     claim.figures.push_back(std::move(figure));
   }
-  const Scene rods = without_springs(load_scene(measurement.folder() / "governor.gltf"));
+  const Scene rods = without_springs(measurement.scene("governor"));
   const std::vector<double> runs = fastest_turns(rods, 1);
   const std::vector<double> lower = fastest_turns(rods, lower_kappa);
   claim.cases = {{"one row and one block, as the closed form", one_row < 1e-9},
@@ -240,7 +239,7 @@ Claim claim17(Measurement& measurement) {
   bool stands_by_default = true;
   for (const ContactScene& x :
        {ContactScene{"box_stack", false, 5}, {"box_pyramid", false, 2}, {"balls_on_tray", true, 2}}) {
-    const Scene scene = load_scene(measurement.folder() / (std::string(x.name) + ".gltf"));
+    const Scene& scene = measurement.scene(x.name);
     const Motion path = compared_path(scene, x);
     const std::vector<double> values =
         add(fmt::format("{}: largest {} in {:g} s", x.name,

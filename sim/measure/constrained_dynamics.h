@@ -1,17 +1,19 @@
 #pragma once
 /// The equations of motion with their constraints differentiated twice (index 1), and the projection onto the
-/// constraints, as long as no event changes the set of rows. Internal to the reference integrator.
+/// constraints, as long as no event changes the set of rows. J̆' v̆ is computed in closed form for locks, by
+/// differences for limits. Internal to the reference integrator.
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "sim/algorithms.h"
 #include "sim/direct/direct_solver.h"
-#include "sim/measure/jacobian_rate.h"
 
 namespace substep {
 
@@ -35,6 +37,58 @@ inline Eigen::FullPivHouseholderQR<Eigen::MatrixXd> factored_directions(const Ml
   return factored;
 }
 
+/// The motion of a joint's two frames in the world.
+struct JointMotion {
+  JointMotion(const Attachment& at, const CoordinateVector& q, const std::vector<Matrix3>& rotations,
+              const VelocityVector& v)
+      : axes_a(rotations[at.a] * at.frame_a.orientation.toRotationMatrix()),
+        axes_b(rotations[at.b] * at.frame_b.orientation.toRotationMatrix()),
+        spin_a(rotations[at.a] * v[at.a].angular),
+        spin_b(rotations[at.b] * v[at.b].angular) {
+    const Vector3 arm_a = rotations[at.a] * at.frame_a.position;
+    const Vector3 arm_b = rotations[at.b] * at.frame_b.position;
+    offset = q[at.a].linear + arm_a - (q[at.b].linear + arm_b);
+    offset_rate = v[at.a].linear + spin_a.cross(arm_a) - (v[at.b].linear + spin_b.cross(arm_b));
+    centripetal = spin_a.cross(spin_a.cross(arm_a)) - spin_b.cross(spin_b.cross(arm_b));
+  }
+
+  Matrix3 axes_a;
+  Matrix3 axes_b;
+  Vector3 spin_a;
+  Vector3 spin_b;
+  Vector3 offset;  ///< from b's origin to a's
+  Vector3 offset_rate;
+  Vector3 centripetal;
+};
+
+/// Returns J̆' v̆ of a lock's rows: the second derivative of their C without acceleration.
+inline Vector3 second_derivative(const Lock& lock, const JointMotion& t) {
+  if (lock.kind == Lock::Kind::point) return t.centripetal;
+  if (lock.kind == Lock::Kind::orientation) {
+    // C = 2 vec(q), q' = ½ Ω ∘ q: q'' = ½ Ω' ∘ q − ¼ Ω² q, with Ω in b's axes, which turn.
+    const Matrix3 from_world = t.axes_b.transpose();
+    Quaternion q(Matrix3(from_world * t.axes_a));
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    const Vector3 turn_rate = from_world * t.spin_a.cross(t.spin_b);
+    return q.w() * turn_rate + turn_rate.cross(q.vec()) - 0.5 * (t.spin_a - t.spin_b).squaredNorm() * q.vec();
+  }
+  const Vector3 axis = t.axes_a.col(lock.axis);
+  const Vector3 axis_rate = t.spin_a.cross(axis);
+  const Vector3 axis_bend = t.spin_a.cross(axis_rate);
+  Vector3 result = Vector3::Zero();
+  for (int component = 0; component < 2; ++component) {
+    const Vector3 across = t.axes_b.col((lock.axis + 1 + component) % 3);
+    const Vector3 rate = t.spin_b.cross(across);
+    const Vector3 bend = t.spin_b.cross(rate);
+    result[component] = lock.kind == Lock::Kind::line
+                            // C = offset · across
+                            ? t.centripetal.dot(across) + 2 * t.offset_rate.dot(rate) + t.offset.dot(bend)
+                            // direction: C = axis of a · across
+                            : axis_bend.dot(across) + 2 * axis_rate.dot(rate) + axis.dot(bend);
+  }
+  return result;
+}
+
 /// The dynamics of rigid two-sided rows, whose λ is solved for, and of springs and drives, which are forces.
 /// Velocities are local ones, v̆.
 class ConstrainedDynamics {
@@ -46,7 +100,8 @@ class ConstrainedDynamics {
         force_model_(force_part(model)),
         two_sided_(rigid_model_.limits.size()),
         drive_sides_(model.drives.size()),
-        jacobian_rate_(rigid_model_, size) {
+        limit_model_(rigid_model_) {
+    limit_model_.locks.clear();
     hold({});
   }
   ConstrainedDynamics(const ConstrainedDynamics&) = delete;
@@ -59,14 +114,13 @@ class ConstrainedDynamics {
       rigid_model_.limits.push_back(bound);
       rigid_model_.limits.back().side = Limit::Side::both;
     }
-    for (auto [problem, model] : {std::pair(&rigid_, &rigid_model_), std::pair(&force_, &force_model_)}) {
+    limit_model_.limits = rigid_model_.limits;
+    for (auto [problem, model] : {std::pair(&rigid_, &rigid_model_), std::pair(&force_, &force_model_),
+                                  std::pair(&limit_, &limit_model_)}) {
       problem->model = model;
-      problem->contacts = &no_contacts_;
       build_blocks(*problem, Joints::rows);
     }
-    jacobian_rate_.set_up(rigid_);
-    kept_position_.clear();
-    redundant_rows_ = 0;
+    keep_all_rows();
   }
 
   /// Returns λ of the limits that are held, N or N·m.
@@ -105,24 +159,16 @@ class ConstrainedDynamics {
   /// on the others to `tolerance`. Redundant rows of a closed loop agree only where C(q) = 0. Inner points of
   /// a step drift off, where those rows would contradict one another.
   void choose_rows(const CoordinateVector& q, double tolerance) {
-    kept_position_.clear();
-    redundant_rows_ = 0;
+    keep_all_rows();
     if (rigid_.c.blocks.empty()) return;
     formulate(rigid_, q, 1);
     change_.resize(q.size());
     set_zero(change_);
     make_mlcp(rigid_, change_, mlcp_);
     const auto factored = factored_directions(mlcp_, tolerance);
-    const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
-    if (factored.rank() == rows) return;
-    kept_position_.assign(rows, -1);
-    for (Eigen::Index k = 0; k < factored.rank(); ++k)
-      kept_position_[factored.colsPermutation().indices()[k]] = 0;
-    int next = 0;
-    for (int& position : kept_position_) {
-      if (position == 0) position = next++;
-    }
-    redundant_rows_ = static_cast<int>(rows) - next;
+    const auto& order = factored.colsPermutation().indices();
+    kept_rows_.assign(order.data(), order.data() + factored.rank());
+    std::ranges::sort(kept_rows_);
   }
 
   /// Returns the accelerations v̆' at q and v̆.
@@ -142,8 +188,7 @@ class ConstrainedDynamics {
     if (!force_.c.blocks.empty()) add_forces(q, v);
     if (rigid_.c.blocks.empty()) return acceleration_;
     formulate(rigid_, q, 1);
-    const std::vector<double>& terms = jacobian_rate_.terms(rigid_, q, v);
-    for (const Block& x : rigid_.c.blocks) rigid_.c.rows[x.first].beta = -terms[x.first];
+    set_second_derivatives(q, v);
     respond(acceleration_);
     return acceleration_;
   }
@@ -167,6 +212,11 @@ class ConstrainedDynamics {
   std::int64_t row_solves() const { return row_solves_; }
 
  private:
+  void keep_all_rows() {
+    kept_rows_.resize(rigid_.c.rows.size());
+    std::iota(kept_rows_.begin(), kept_rows_.end(), 0);
+  }
+
   /// Returns the model without one-sided limits and without forces.
   static Model rigid_part(Model model) {
     model.drives.clear();
@@ -204,6 +254,41 @@ class ConstrainedDynamics {
     }
   }
 
+  /// Sets β of each row to −J̆' v̆; the rows are formulated at q.
+  void set_second_derivatives(const CoordinateVector& q, const VelocityVector& v) {
+    const std::vector<Lock>& locks = rigid_model_.locks;
+    lock_terms_.resize(locks.size());
+    for (std::size_t i = 0; i < lock_terms_.size(); ++i)
+      lock_terms_[i] = second_derivative(locks[i], JointMotion(locks[i].at, q, rigid_.rotations, v));
+    set_limit_terms(q, v);
+    for (const Block& x : rigid_.c.blocks) {
+      rigid_.c.rows[x.first].beta =
+          x.kind == Block::Kind::lock ? -lock_terms_[x.source][x.component] : -limit_terms_[x.source];
+    }
+  }
+
+  /// Sets the terms of limits by the central difference of order 8 along the motion. The difference's time is
+  /// short beside a turn and beside the bodies, so that its error is below rounding.
+  void set_limit_terms(const CoordinateVector& q, const VelocityVector& v) {
+    if (limit_model_.limits.empty()) return;
+    constexpr std::array weights{4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
+    double rate = 0;
+    for (const Velocity& body : v)
+      rate = std::max(rate, body.angular.norm() + body.linear.norm() / (0.05 * size_));
+    limit_terms_.assign(limit_model_.limits.size(), 0);
+    const double shift = rate > 0 ? 0.02 / rate : 1;
+    for (int k = 0; k < std::ssize(weights); ++k) {
+      for (const int sign : {1, -1}) {
+        shifted_ = q;
+        step_coordinates(sign * (k + 1) * shift, v, shifted_);
+        formulate(limit_, shifted_, 1);
+        const double weight = sign * weights.at(k) / shift;
+        for (const Block& x : limit_.c.blocks)
+          limit_terms_[x.source] += weight * row_velocity(limit_.c.rows[x.first], v[x.a], v[x.b]);
+      }
+    }
+  }
+
   /// Returns the force of a spring with a damper. With hs = 1, β is that force over stiffness + damping.
   double spring_force(const Block& x, double stiffness, double damping, const VelocityVector& v) const {
     const Row& row = force_.c.rows[x.first];
@@ -232,10 +317,10 @@ class ConstrainedDynamics {
   /// Adds M̆⁻¹J̆ᵀλ to v such that J̆ v = β, with the current rows.
   void respond(VelocityVector& v) {
     make_mlcp(rigid_, v, mlcp_);
-    for (std::size_t i = 0; i < kept_position_.size(); ++i) {
-      if (kept_position_[i] >= 0) mlcp_.rows[kept_position_[i]] = mlcp_.rows[i];
+    if (kept_rows_.size() < mlcp_.rows.size()) {
+      for (std::size_t k = 0; k < kept_rows_.size(); ++k) mlcp_.rows[k] = mlcp_.rows[kept_rows_[k]];
+      mlcp_.rows.resize(kept_rows_.size());
     }
-    mlcp_.rows.resize(mlcp_.rows.size() - redundant_rows_);
     MlcpReport report;
     if (joints_.solve(mlcp_, lambda_, report) && report.status == MlcpReport::Status::solved) {
       add_impulses(rigid_model_, joints_.impulses(), v);
@@ -266,25 +351,27 @@ class ConstrainedDynamics {
 
   /// Returns λ of a row of rigid_.
   double lambda_of(int row) const {
-    const int position = kept_position_.empty() ? row : kept_position_[row];
-    return position < 0 ? 0 : lambda_[position];
+    const auto found = std::ranges::lower_bound(kept_rows_, row);
+    const bool is_kept = found != kept_rows_.end() && *found == row;
+    return is_kept ? lambda_[found - kept_rows_.begin()] : 0;
   }
 
   double size_;
-  std::vector<Contact> no_contacts_;
   Model rigid_model_;
   Model force_model_;
   std::size_t two_sided_;  // number of two-sided limits, which come first in rigid_model_.limits
   std::vector<int> drive_sides_;
   Problem rigid_;
   Problem force_;
-  JacobianRate jacobian_rate_;
+  Model limit_model_;  // the rigid limits by themselves
+  Problem limit_;
+  std::vector<Vector3> lock_terms_;  // of J̆' v̆
+  std::vector<double> limit_terms_;
+  CoordinateVector shifted_;
   Mlcp mlcp_;
   JointSolver joints_;
   std::vector<double> lambda_;
-  std::vector<int>
-      kept_position_;  // by row of rigid_: among the kept rows; −1: redundant. Empty: all are kept
-  int redundant_rows_ = 0;
+  std::vector<int> kept_rows_;  // of rigid_, ascending: those that are not redundant
   std::int64_t row_solves_ = 0;
   VelocityVector change_;
   VelocityVector acceleration_;

@@ -254,32 +254,25 @@ class Reader {
 
 }  // namespace
 
-struct ExpectationMeter::Implementation {
+/// An expectation, and how it is measured on each of its bodies.
+struct ExpectationMeter::Figure {
   struct Series {
     QuantityOfBody quantity;
     Reader reader;
   };
-  struct Figure {
-    Expectation expectation;
-    std::vector<Series> series;  ///< of each body
-  };
-
-  State start;
-  std::vector<Figure> figures;
+  Expectation expectation;
+  std::vector<Series> series = {};
 };
 
-ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start)
-    : implementation_(std::make_unique<Implementation>()) {
-  implementation_->start = start;
+ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start) : start_(start) {
   for (const Expectation& expectation : scene.expected) {
-    if (expectation.needs <= scene.duration + same_time)
-      implementation_->figures.push_back({expectation, {}});
+    if (expectation.needs <= scene.duration + same_time) figures_.push_back({expectation});
   }
   // Series refer to their figure's expectation, which keeps its address from here on.
   const std::vector<ContactImpulse> none;
-  for (Implementation::Figure& figure : implementation_->figures) {
+  for (Figure& figure : figures_) {
     for (const int body : bodies_of(figure.expectation)) {
-      QuantityOfBody quantity(scene, figure.expectation, body, implementation_->start);
+      QuantityOfBody quantity(scene, figure.expectation, body, start_);
       const double at_start = quantity.value(start, 0, &none);
       figure.series.push_back({std::move(quantity), Reader(figure.expectation, at_start)});
     }
@@ -289,25 +282,24 @@ ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start)
 ExpectationMeter::~ExpectationMeter() = default;
 
 bool ExpectationMeter::needs_contacts() const {
-  return std::ranges::any_of(implementation_->figures, [](const Implementation::Figure& figure) {
-    return is_of_contacts(figure.expectation.quantity);
-  });
+  return std::ranges::any_of(
+      figures_, [](const Figure& figure) { return is_of_contacts(figure.expectation.quantity); });
 }
 
 void ExpectationMeter::add(const State& state, double time, const std::vector<ContactImpulse>* contacts) {
-  for (Implementation::Figure& figure : implementation_->figures) {
-    for (Implementation::Series& series : figure.series)
+  for (Figure& figure : figures_) {
+    for (Figure::Series& series : figure.series)
       series.reader.add(time, series.quantity.value(state, time, contacts));
   }
 }
 
 std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
   std::vector<ExpectedFigure> result;
-  for (const Implementation::Figure& figure : implementation_->figures) {
+  for (const Figure& figure : figures_) {
     const Expectation& e = figure.expectation;
     ExpectedFigure worst{e.name, unit_of(e), e.bound, e.value, e.tolerance, 0};
     bool is_first = true;
-    for (const Implementation::Series& series : figure.series) {
+    for (const Figure::Series& series : figure.series) {
       ExpectedFigure own = worst;
       own.measured = series.reader.result(diverged);
       // Keep the value nearest to a bound, within which all errors are 0.
@@ -321,6 +313,11 @@ std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
     result.push_back(std::move(worst));
   }
   return result;
+}
+
+std::string bounded_text(Bound bound, const std::string& value) {
+  if (bound == Bound::at_most) return "≤ " + value;
+  return bound == Bound::at_least ? "≥ " + value : value;
 }
 
 const Expectation* expectation_of_poses(const Scene& scene) {

@@ -2,7 +2,6 @@
 /// Compares a run with the known figures of its scene. The figures hold for the whole duration, also after
 /// the reference's horizon.
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,9 +44,14 @@ class ExpectationMeter {
   std::vector<ExpectedFigure> figures(bool diverged) const;
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  struct Figure;
+
+  State start_;
+  std::vector<Figure> figures_;
 };
+
+/// Returns "≤ 2" where 2 is the most that is expected, "≥ 2" where it is the least, else "2".
+std::string bounded_text(Bound bound, const std::string& value);
 
 /// Returns the first expectation of the scene whose quantity follows from poses; null where there is none.
 const Expectation* expectation_of_poses(const Scene& scene);

@@ -2,7 +2,6 @@
 /// Measures of a run that must stay zero or constant, without a reference: energy, momentum, gaps of joints,
 /// overlaps.
 
-#include <string>
 #include <vector>
 
 #include "sim/constraints/contact_finder.h"

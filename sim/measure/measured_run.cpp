@@ -39,21 +39,18 @@ double position_difference(const State& a, const State& b) {
   return largest;
 }
 
-double orientation_difference(const State& a, const State& b) {
-  double largest = 0;
-  for (std::size_t i = 1; i < a.q.size(); ++i) {
-    const Quaternion turn = a.q[i].angular.conjugate() * b.q[i].angular;
-    largest = std::max(largest, rotation_vector(turn).norm());
-  }
-  return largest;
-}
-
 double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
   return a.diverged || b.diverged ? infinity : position_difference(a.state, b.state);
 }
 
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  return a.diverged || b.diverged ? infinity : orientation_difference(a.state, b.state);
+  if (a.diverged || b.diverged) return infinity;
+  double largest = 0;
+  for (std::size_t i = 1; i < a.state.q.size(); ++i) {
+    const Quaternion turn = a.state.q[i].angular.conjugate() * b.state.q[i].angular;
+    largest = std::max(largest, rotation_vector(turn).norm());
+  }
+  return largest;
 }
 
 Reference reference_run(const Scene& scene, double duration, int divisions) {

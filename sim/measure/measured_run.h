@@ -20,10 +20,10 @@ MeasuredRun measured_run(const Scene& scene, const Settings& settings, double du
 
 /// Returns the largest distance between the centres of equal bodies, m.
 double position_difference(const State& a, const State& b);
-/// Returns the largest angle between the orientations of equal bodies, rad.
-double orientation_difference(const State& a, const State& b);
-/// Returns these distances at the ends of two runs; infinite where one of them diverged.
+/// Returns the same at the ends of two runs; infinite where one of them diverged.
 double position_difference(const MeasuredRun& a, const MeasuredRun& b);
+/// Returns the largest angle between the orientations of equal bodies at the ends of two runs, rad; infinite
+/// where one of them diverged.
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
 /// The motion without time-step error: A1 at two small steps, extrapolated to step zero (Richardson).

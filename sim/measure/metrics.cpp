@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "sim/constraints/formulate.h"
 #include "sim/loading/scene_settings.h"
 #include "sim/math/floating_point.h"
 #include "sim/measure/invariants.h"
-#include "sim/measure/motion.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
@@ -63,36 +63,6 @@ struct Measurement {
   Metrics metrics;
   Motion motion;
 };
-
-/// Steps for the scene's duration, and gathers the metrics that need no reference. `at_sample`, where
-/// there is one, receives the time and the state of each sample.
-Measurement sampled(const Scene& scene, Stepper& stepper, double step, double interval,
-                    const std::function<void(double, const State&)>& at_sample) {
-  const Sampling sampling(step, interval);
-  Measurement run{{}, {interval * sampling.samples_between(), {stepper.state()}}};
-  Invariants invariants(scene, stepper.state());
-  invariants.add(stepper.state(), 0, run.metrics);
-  ExpectationMeter expectations(scene, stepper.state());
-  const auto samples = static_cast<int>(std::lround(scene.duration / run.motion.interval));
-  for (int k = 1; k <= samples; ++k) {
-    for (int i = 1; i <= sampling.steps_between(); ++i) {
-      const double time = (k - 1) * run.motion.interval + i * step;
-      if (!stepper.step()) {
-        run.metrics.diverged = time;
-        run.metrics.expected = expectations.figures(true);
-        return run;
-      }
-      invariants.follow(stepper.state(), step, run.metrics);
-      const auto contacts = expectations.needs_contacts() ? stepper.contact_impulses() : std::nullopt;
-      expectations.add(stepper.state(), time, contacts ? &*contacts : nullptr);
-    }
-    run.motion.samples.push_back(stepper.state());
-    invariants.add(stepper.state(), k * run.motion.interval, run.metrics);
-    if (at_sample) at_sample(k * run.motion.interval, stepper.state());
-  }
-  run.metrics.expected = expectations.figures(false);
-  return run;
-}
 
 /// Returns the samples of `motion` at the instants of one with a larger interval.
 Motion thinned(const Motion& motion, double interval) {
@@ -148,14 +118,39 @@ void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics&
       !metrics.diverged && is_near && is_bounded && (!stands(scene, reference) || metrics.moved <= most);
 }
 
-/// Runs the scene, and compares it with the reference.
+/// Runs the scene for its duration, and compares it with the reference. `at_sample`, where there is one,
+/// receives the time and the state of each sample.
 Measurement measured(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference,
                      const std::function<void(double, const State&)>& at_sample) {
-  Measurement run = sampled(scene, stepper, step, reference.motion.interval, at_sample);
-  run.metrics.row_solves = stepper.row_solves();
-  run.metrics.error = difference_to_horizon(scene, run.motion, reference.motion, reference);
-  judge_bounds(scene, reference, run.metrics);
-  return run;
+  const Sampling sampling(step, reference.motion.interval);
+  const double interval = reference.motion.interval * sampling.samples_between();
+  Metrics metrics;
+  Motion motion{interval, {stepper.state()}};
+  Invariants invariants(scene, stepper.state());
+  invariants.add(stepper.state(), 0, metrics);
+  ExpectationMeter expectations(scene, stepper.state());
+  const auto samples = static_cast<int>(std::lround(scene.duration / interval));
+  for (int k = 1; k <= samples; ++k) {
+    for (int i = 1; i <= sampling.steps_between(); ++i) {
+      const double time = (k - 1) * interval + i * step;
+      if (!stepper.step()) {
+        metrics.diverged = time;
+        break;
+      }
+      invariants.follow(stepper.state(), step, metrics);
+      const auto contacts = expectations.needs_contacts() ? stepper.contact_impulses() : std::nullopt;
+      expectations.add(stepper.state(), time, contacts ? &*contacts : nullptr);
+    }
+    if (metrics.diverged) break;
+    motion.samples.push_back(stepper.state());
+    invariants.add(stepper.state(), k * interval, metrics);
+    if (at_sample) at_sample(k * interval, stepper.state());
+  }
+  metrics.expected = expectations.figures(metrics.diverged.has_value());
+  metrics.row_solves = stepper.row_solves();
+  metrics.error = difference_to_horizon(scene, motion, reference.motion, reference);
+  judge_bounds(scene, reference, metrics);
+  return {std::move(metrics), std::move(motion)};
 }
 
 /// Returns an upper bound on the energy of correcting the initial violations, J: the weight of all bodies,
@@ -301,14 +296,6 @@ std::vector<Violation> violations(const Scene& scene, const Settings& settings, 
          Severity::warning});
   }
   return result;
-}
-
-std::string joined(const std::vector<Violation>& violations) {
-  std::string text;
-  for (const Violation& violation : violations) {
-    text += fmt::format("{}{}", text.empty() ? "" : "; ", violation.text);
-  }
-  return text;
 }
 
 }  // namespace substep

@@ -86,7 +86,4 @@ std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 /// Returns these and violations by the settings: see doubt_about_substeps() and Metrics::summed_turn.
 std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics);
 
-/// Returns the violations' texts, separated by semicolons.
-std::string joined(const std::vector<Violation>& violations);
-
 }  // namespace substep

@@ -126,7 +126,7 @@ Object read_object(const Json& json) {
   try {
     for_each_field(object, [&](const char* key, auto& value) { read(json.at(key), value); });
   } catch (const Json::exception& error) {
-    throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
+    throw Error("not what a sweep wrote: {}", error.what());
   }
   return object;
 }
@@ -178,7 +178,7 @@ Settings settings_in(const Json& json) {
         [&](auto member) {
           if constexpr (std::is_enum_v<std::remove_reference_t<decltype(settings.*member)>>) {
             if (set(settings, field, value.get<std::string>())) return;
-            throw Error(fmt::format("'{}' must be {}", field.name, kind_of(field)));
+            throw Error("'{}' must be {}", field.name, kind_of(field));
           } else {
             value.get_to(settings.*member);
           }

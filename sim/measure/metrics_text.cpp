@@ -8,7 +8,6 @@
 #include <cmath>
 #include <functional>
 
-#include "sim/measure/text_table.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep {
@@ -23,10 +22,6 @@ std::string error_number(double value, double uncertainty) {
   constexpr double rounding = 1e-12;
   const bool exceeds_uncertainty = !(value >= rounding) || value >= 100 * uncertainty;
   return fmt::format("{}{}", exceeds_uncertainty ? "" : "≈", short_number(value));
-}
-
-std::string label(const MeasuredSettings& run) {
-  return run.author.empty() ? label(run.settings) : run.author;
 }
 
 /// Returns "A3" of an algorithm.
@@ -79,12 +74,6 @@ std::string figure_number(double value) {
   return fmt::format("{:.5g}", value);
 }
 
-std::string expected_text(const ExpectedFigure& x) {
-  const std::string value = figure_number(x.expected);
-  if (x.bound == Bound::at_most) return "≤ " + value;
-  return x.bound == Bound::at_least ? "≥ " + value : value;
-}
-
 /// Returns a line for each figure, with the value and the error of each run; ! marks bad errors.
 TextTable expectations_of(const SceneMeasurement& m) {
   TextTable table{{"known for the whole duration", "expected", "±"}, {}};
@@ -94,7 +83,8 @@ TextTable expectations_of(const SceneMeasurement& m) {
   }
   for (std::size_t i = 0; i < m.runs.front().metrics.expected.size(); ++i) {
     const ExpectedFigure& first = m.runs.front().metrics.expected[i];
-    std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit), expected_text(first),
+    std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit),
+                                 bounded_text(first.bound, figure_number(first.expected)),
                                  short_number(first.tolerance)};
     for (const MeasuredSettings& run : m.runs) {
       const ExpectedFigure& x = run.metrics.expected[i];
@@ -134,14 +124,14 @@ std::string heading(const SceneMeasurement& m) {
       m.duration);
 }
 
-template <typename Print>
-std::string all_tables(const SceneMeasurement& m, const Print& print) {
-  std::string text = fmt::format("{}\n{}\n{}", heading(m), print(errors_of(m)), print(invariants_of(m)));
+std::string all_tables(const SceneMeasurement& m, bool as_markdown) {
+  std::string text = fmt::format("{}\n{}\n{}", heading(m), to_text(errors_of(m), as_markdown),
+                                 to_text(invariants_of(m), as_markdown));
   if (has_expectations(m)) {
     text += fmt::format("\n{}\n!: off by more than ±; –: never, or the run blew up before.\n",
-                        print(expectations_of(m)));
+                        to_text(expectations_of(m), as_markdown));
   }
-  if (has_times(m)) text += fmt::format("\n{}", print(times_of(m)));
+  if (has_times(m)) text += fmt::format("\n{}", to_text(times_of(m), as_markdown));
   return text;
 }
 
@@ -324,16 +314,15 @@ TextTable errors_of_expectations(const SceneMeasurement& m, const std::vector<st
 }
 
 /// Returns the missed figures as a table of at most the four worst, and how many figures are missed.
-template <typename Print>
-std::string known_figures(const SceneMeasurement& m, const Print& print) {
+std::string known_figures(const SceneMeasurement& m, bool as_markdown) {
   constexpr std::size_t most = 4;
   const std::size_t all = m.runs.front().metrics.expected.size();
   std::vector<std::size_t> figures = missed_figures(m);
   const std::size_t missed = figures.size();
   if (missed == 0) return fmt::format("\nKnown figures: {}, all within tolerance.\n", all);
   figures.resize(std::min(missed, most));
-  return fmt::format("\n{}\nMissed (!): {} of {} known figures.\n", print(errors_of_expectations(m, figures)),
-                     missed, all);
+  return fmt::format("\n{}\nMissed (!): {} of {} known figures.\n",
+                     to_text(errors_of_expectations(m, figures), as_markdown), missed, all);
 }
 
 /// Explains the signs ≈ and – where they stand in the text.
@@ -346,14 +335,13 @@ std::string legend(const std::string& text) {
   return fmt::format("\n{}", signs);
 }
 
-template <typename Print>
-std::string short_tables(const SceneMeasurement& m, const Print& print) {
+std::string short_tables(const SceneMeasurement& m, bool as_markdown) {
   const bool is_plain = has_each_algorithm_once(m);
   std::string text = m.stands ? "" : fmt::format("Reference: {}. ", reference_text(m.reference, false));
   text += fmt::format("Duration {:g} s{}.\n", m.duration, is_all_bounded(m) ? ", all bounded" : "");
   if (is_plain) text += settings_line(m);
-  text += fmt::format("\n{}", print(short_table(m, !is_plain)));
-  if (has_expectations(m) && m.runs.size() + 2 <= most_columns) text += known_figures(m, print);
+  text += fmt::format("\n{}", to_text(short_table(m, !is_plain), as_markdown));
+  if (has_expectations(m) && m.runs.size() + 2 <= most_columns) text += known_figures(m, as_markdown);
   return text + legend(text);
 }
 
@@ -372,14 +360,12 @@ std::string reference_text(const ReferenceMotion& reference, bool names_method) 
   return text;
 }
 
-std::string to_table(const SceneMeasurement& measurement, bool all) {
-  const auto print = [](const TextTable& table) { return to_text(table); };
-  return all ? all_tables(measurement, print) : short_tables(measurement, print);
+std::string label(const MeasuredSettings& run) {
+  return run.author.empty() ? label(run.settings) : run.author;
 }
 
-std::string to_markdown(const SceneMeasurement& measurement, bool all) {
-  const auto print = [](const TextTable& table) { return to_markdown(table); };
-  return all ? all_tables(measurement, print) : short_tables(measurement, print);
+std::string to_text(const SceneMeasurement& measurement, bool all, bool as_markdown) {
+  return all ? all_tables(measurement, as_markdown) : short_tables(measurement, as_markdown);
 }
 
 TextTable brief_table(const SceneMeasurement& measurement) {

@@ -31,12 +31,13 @@ struct SceneMeasurement {
 /// Returns one line: the uncertainty and the horizon of a reference, with its method where `names_method`.
 std::string reference_text(const ReferenceMotion& reference, bool names_method = true);
 
-/// Returns the measurement for a terminal: the reference, the settings, a table of at most seven columns with
-/// a row for each run, and one with the known figures that a run misses, at most four. `all` returns every
-/// metric instead, in wider tables.
-std::string to_table(const SceneMeasurement& measurement, bool all = false);
-/// Returns the same as Markdown.
-std::string to_markdown(const SceneMeasurement& measurement, bool all = false);
+/// Returns "A5  n=10 m=1 stable  h=1/60", or the author.
+std::string label(const MeasuredSettings& run);
+
+/// Returns the reference, the settings, a table of at most seven columns with a row for each run, and one
+/// with the known figures that a run misses, at most four. `all` returns every metric instead, in wider
+/// tables.
+std::string to_text(const SceneMeasurement& measurement, bool all, bool as_markdown);
 /// Returns the first table of the short form alone, rows named by their settings. Times have ~: they differ
 /// from run to run.
 TextTable brief_table(const SceneMeasurement& measurement);

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "sim/direct/mlcp.h"
@@ -51,52 +49,45 @@ Uncertainty larger_of(const Uncertainty& one, const Uncertainty& other) {
   return {std::max(one.position, other.position), std::max(one.turn, other.turn)};
 }
 
-/// The samples for which two motions agree, and their largest distance until then.
-struct Agreement {
-  std::size_t samples = 0;
-  Uncertainty distance;
-  int divergence_point = world_body;  ///< at the samples' end: the body that is then furthest apart
+/// The largest distances of a body between two samples, and the body that is furthest apart.
+struct Distance {
+  Uncertainty largest;
+  int body = world_body;
 };
 
-/// Returns the largest distances of a body between two samples; infinite where they are not finite.
-Agreement distance(const Scene& scene, const State& a, const State& b, double size) {
-  Agreement result;
+/// Returns the distance of two samples; infinite where they are not finite.
+Distance distance(const Scene& scene, const State& a, const State& b, double size) {
+  Distance result;
   for (std::size_t i = 1; i < a.q.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
     const Uncertainty now{std::isfinite(d) ? d : infinity, std::isfinite(turn) ? turn : infinity};
-    if (length_of(now, size) > length_of(result.distance, size))
-      result.divergence_point = static_cast<int>(i);
-    result.distance = larger_of(result.distance, now);
+    if (length_of(now, size) > length_of(result.largest, size)) result.body = static_cast<int>(i);
+    result.largest = larger_of(result.largest, now);
   }
   return result;
 }
+
+/// The samples for which two motions agree.
+struct Agreement {
+  std::vector<Uncertainty> distances;  ///< the largest until each sample, the first included
+  int divergence_point = world_body;   ///< after the last: the body that is then furthest apart
+
+  std::size_t samples() const { return distances.empty() ? 0 : distances.size() - 1; }
+  Uncertainty largest() const { return distances.empty() ? Uncertainty{} : distances.back(); }
+};
 
 Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, double size) {
   Agreement result;
   const std::size_t count = std::min(a.samples.size(), b.samples.size());
   for (std::size_t k = 0; k < count; ++k) {
-    const Agreement now = distance(scene, a.samples[k], b.samples[k], size);
-    if (length_of(now.distance, size) > agreement * size) {
-      result.divergence_point = now.divergence_point;
+    const Distance now = distance(scene, a.samples[k], b.samples[k], size);
+    if (length_of(now.largest, size) > agreement * size) {
+      result.divergence_point = now.body;
       break;
     }
-    result = {k, larger_of(result.distance, now.distance)};
-  }
-  return result;
-}
-
-/// Returns the largest distances of two motions until each of `samples`, the first included; infinite where
-/// one has ended.
-std::vector<Uncertainty> differences(const Scene& scene, const Motion& a, const Motion& b,
-                                     std::size_t samples) {
-  std::vector<Uncertainty> result(samples + 1);
-  const double size = size_of(scene);
-  for (std::size_t k = 1; k <= samples; ++k) {
-    const bool both = k < std::min(a.samples.size(), b.samples.size());
-    result[k] = larger_of(result[k - 1], both ? distance(scene, a.samples[k], b.samples[k], size).distance
-                                              : Uncertainty{infinity, infinity});
+    result.distances.push_back(larger_of(result.largest(), now.largest));
   }
   return result;
 }
@@ -191,11 +182,10 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
     continue_motion(*stepper, divisions, samples, fine);
     row_solves = stepper->row_solves();
     const Agreement agreed = agreement_of(scene, coarse, fine, size);
-    std::vector<Uncertainty> moved = differences(scene, coarse, fine, agreed.samples);
     coarse = std::move(fine);
     if (divisions == 2) continue;
-    const double horizon = static_cast<double>(agreed.samples) * scene.step;
-    const double whole = length_of(agreed.distance, size);
+    const double horizon = static_cast<double>(agreed.samples()) * scene.step;
+    const double whole = length_of(agreed.largest(), size);
     // Halve the steps until the difference is rounding, which smaller steps do not reduce.
     if (horizon > reference.horizon || (horizon == reference.horizon && whole < least)) {
       least = whole;
@@ -203,13 +193,13 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
                    .method = fmt::format("own of order {} at h/{}", order, divisions),
                    .horizon = horizon,
                    .divergence_point = name_of(scene, agreed.divergence_point),
-                   .uncertainties = std::move(moved)};
+                   .uncertainties = agreed.distances};
     } else if (reference.horizon > 0) {
       // The movement by this refinement is also the error of the one before.
-      reference.uncertainties = larger_of(reference.uncertainties, moved);
+      reference.uncertainties = larger_of(reference.uncertainties, agreed.distances);
       break;
     }
-    if (agreed.samples == samples && whole < 1e-11 * size) break;
+    if (agreed.samples() == samples && whole < 1e-11 * size) break;
     if (reference.horizon > 0 && divisions >= usually_finest) break;  // stiff, and agreed
   }
   if (reference.horizon > duration - scene.step / 2) return reference;
@@ -243,11 +233,11 @@ struct RombergTable {
     const double size = size_of(scene);
     agreed = agreement_of(scene, before[0], row[0], size);
     for (std::size_t k = 1; k < before.size(); ++k) {
-      const Agreement candidate = agreement_of(scene, before[k], row[k], size);
-      if (candidate.samples > agreed.samples ||
-          (candidate.samples == agreed.samples &&
-           length_of(candidate.distance, size) < length_of(agreed.distance, size))) {
-        agreed = candidate;
+      Agreement candidate = agreement_of(scene, before[k], row[k], size);
+      if (candidate.samples() > agreed.samples() ||
+          (candidate.samples() == agreed.samples() &&
+           length_of(candidate.largest(), size) < length_of(agreed.largest(), size))) {
+        agreed = std::move(candidate);
         column = k;
       }
     }
@@ -278,7 +268,7 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
       if (!has_diverged) continue_motion(*run.stepper, run.divisions, until, run.motion);
     });
     table.emplace(scene, runs);
-  } while (until < last && table->agreed.samples == until);
+  } while (until < last && table->agreed.samples() == until);
   const std::size_t column = table->column;
   const Agreement& agreed = table->agreed;
   ReferenceMotion reference;
@@ -287,9 +277,8 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
   const double step = scene.step / (1 << finest);
   reference.motion = std::move(table->row[column]);
   reference.uncertainties =
-      larger_of(differences(scene, table->before[column], reference.motion, agreed.samples),
-                unseen(scene, reference.motion, agreed.samples, step));
-  reference.horizon = static_cast<double>(agreed.samples) * scene.step;
+      larger_of(agreed.distances, unseen(scene, reference.motion, agreed.samples(), step));
+  reference.horizon = static_cast<double>(agreed.samples()) * scene.step;
   reference.divergence_point = name_of(scene, agreed.divergence_point);
   return reference;
 }
@@ -324,10 +313,10 @@ Sampling::Sampling(double step, double interval) {
   } else if (is_whole(samples)) {
     samples_ = static_cast<int>(std::lround(samples));
   } else {
-    throw Error(fmt::format(
+    throw Error(
         "step {:g} s: must be a whole part or multiple of {:g} s, the interval at which motions are "
         "compared",
-        step, interval));
+        step, interval);
   }
 }
 

@@ -67,14 +67,6 @@ std::vector<Crossing> crossings_of(const Polytope& polytope, const Vector3& from
   return crossings;
 }
 
-/// Returns true where the point is in front of a face by more than `length`.
-bool is_farther(const Polytope& polytope, const Vector3& point, double length) {
-  for (std::size_t face = 0; face < polytope.face_count(); ++face) {
-    if (polytope.face_normals[face].dot(point) - polytope.face_offsets[face] > length) return true;
-  }
-  return false;
-}
-
 /// Returns true where the path passes through a capsule, or through a ball if `half_length` is 0.
 bool passes_round_solid(double half_length, double radius, const Path& path) {
   const Segment axis{{0, -half_length, 0}, {0, half_length, 0}};
@@ -158,9 +150,7 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
     obstacle.middle = collider.placement * middle_of(collider.shape);
     obstacle.inner = std::visit(InnerRadius{}, collider.shape);
     const Bounds around = bounds(collider.shape, collider.placement);
-    const Bounds own = bounds(collider.shape, Pose{});
-    obstacle.size = own.lower.cwiseAbs().cwiseMax(own.upper.cwiseAbs()).norm();
-    obstacle.reach = around.lower.cwiseAbs().cwiseMax(around.upper.cwiseAbs()).norm();
+    obstacle.reach = around.min().cwiseAbs().cwiseMax(around.max().cwiseAbs()).norm();
     thinnest_ = std::min(thinnest_, obstacle.inner);
     reaches_[collider.body] = std::max(reaches_[collider.body], obstacle.reach);
   }
@@ -183,25 +173,20 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   const BodyMotion& way = ways_[one.body];
   const BodyMotion& frame = ways_[other.body];
   if (!(way.spun < most_turn && frame.spun < most_turn)) return false;
-  const double longest = longest_way(point, through);
-  if (longest <= obstacles_[point].inner) return false;
-  const Vector3 start = (Pose{frame.from.linear, frame.from.angular} * other.placement).inverse() *
-                        (Pose{way.from.linear, way.from.angular} * obstacles_[point].middle);
-  if (start.norm() > obstacles_[through].size + longest) return false;
-  const auto place_at = [&](double time) {
-    return Vector3((frame.at(time) * other.placement).inverse() * (way.at(time) * obstacles_[point].middle));
-  };
+  if (longest_way(point, through) <= obstacles_[point].inner) return false;
   const Polytope* const facets = std::holds_alternative<Polytope>(other.shape)
                                      ? &std::get<Polytope>(other.shape)
                                      : (obstacles_[through].facets ? &*obstacles_[through].facets : nullptr);
-  if (facets && is_farther(*facets, start, longest)) return false;
   const double turn = way.turn.norm() + frame.turn.norm();
   std::vector<double> times{0, way.bend, frame.bend};
   const int pieces = 1 + static_cast<int>(turn / piece_turn);
   for (int i = 1; i <= pieces; ++i) times.push_back(way.step * i / pieces);
   std::ranges::sort(times);
   Path path;
-  for (const double time : times) path.push_back(place_at(time));
+  for (const double time : times) {
+    const Pose frame_at = frame.at(time) * other.placement;
+    path.push_back(frame_at.inverse() * (way.at(time) * obstacles_[point].middle));
+  }
   if (facets) return passes_through(*facets, path);
   if (const auto* const mesh = std::get_if<TriangleMesh>(&other.shape)) return passes_through(*mesh, path);
   double half_length = 0;
@@ -239,8 +224,8 @@ void PassageMeter::add(const State& state, double step) {
     const Pose pose = Pose{way.from.linear, way.from.angular} * collider.placement;
     Bounds& box = bounds_.emplace_back(bounds(collider.shape, pose));
     const double margin = way.length + way.spun * obstacles_[i].reach;
-    box.lower.array() -= margin;
-    box.upper.array() += margin;
+    box.min().array() -= margin;
+    box.max().array() += margin;
   }
   broad_phase_.find_pairs(bounds_, pairs_);
   for (const auto& [i, j] : pairs_) {

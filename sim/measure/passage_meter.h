@@ -35,7 +35,6 @@ class PassageMeter {
     std::optional<Polytope> facets;  ///< of a cylinder
     Vector3 middle;                  ///< body frame
     double inner;                    ///< radius of a ball within, m; infinite for planes and meshes
-    double size;                     ///< distance of its farthest point from the shape's origin, m
     double reach;                    ///< distance of its farthest point from the body's centre of mass, m
   };
   /// The motion of a body in a step.

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "sim/error.h"
-#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 

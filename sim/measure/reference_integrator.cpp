@@ -8,7 +8,7 @@
 /// projected back onto C(q) = 0 and J̆ v̆ = 0 (Hairer, Wanner, Solving Ordinary Differential Equations II,
 /// VII.2). Rows are those of formulate.h. The errors of the report's algorithms are measured against it.
 ///
-/// constrained_dynamics.h has the equations and the projection, jacobian_rate.h the term J̆' v̆.
+/// constrained_dynamics.h has the equations and the projection.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -110,7 +110,6 @@ class EventDetection {
     for (const Bound& bound : bounds_) (bound.held ? held : open_model_.limits).push_back(bound.limit);
     dynamics_.hold(held);
     open_.model = &open_model_;
-    open_.contacts = &no_contacts_;
     build_blocks(open_, Joints::rows);
   }
 
@@ -131,21 +130,29 @@ class EventDetection {
 
   ConstrainedDynamics& dynamics_;
   std::vector<Bound> bounds_;
-  std::vector<Contact> no_contacts_;
   Model open_model_;
   Problem open_;
 };
 
-Model smooth_model(const Scene& scene) {
-  Model model = build_model(scene);
-  if (model.contacts) throw Error("it has contacts: its motion is not smooth");
-  return model;
-}
-
 class ReferenceIntegrator : public Stepper {
  public:
-  ReferenceIntegrator(const Scene& scene, double step, int order)
-      : ReferenceIntegrator(scene, smooth_model(scene), step, order) {}
+  ReferenceIntegrator(const Scene& scene, const Model& model, double step, int order)
+      : step_(step),
+        order_(order),
+        state_(initial_state(scene)),
+        q_(state_.q),
+        v_(state_.v),
+        dynamics_(model, size_of(scene)),
+        events_(model, dynamics_) {
+    for (std::size_t i = 0; i < q_.size(); ++i) v_[i].angular = q_[i].angular.conjugate() * v_[i].angular;
+    events_.start(q_, v_);
+    if (dynamics_.violation(q_) > most_gap * size_of(scene)) throw Error("its joints are open at the start");
+    for (const double tolerance : {most_gap, rank_tolerance}) {
+      dynamics_.choose_rows(q_, tolerance);
+      dynamics_.project(q_, v_);
+    }
+    store();
+  }
 
   bool step() override {
     start_q_ = q_;
@@ -168,24 +175,6 @@ class ReferenceIntegrator : public Stepper {
   std::int64_t row_solves() const override { return dynamics_.row_solves(); }
 
  private:
-  ReferenceIntegrator(const Scene& scene, const Model& model, double step, int order)
-      : step_(step),
-        order_(order),
-        state_(initial_state(scene)),
-        q_(state_.q),
-        v_(state_.v),
-        dynamics_(model, size_of(scene)),
-        events_(model, dynamics_) {
-    for (std::size_t i = 0; i < q_.size(); ++i) v_[i].angular = q_[i].angular.conjugate() * v_[i].angular;
-    events_.start(q_, v_);
-    if (dynamics_.violation(q_) > most_gap * size_of(scene)) throw Error("its joints are open at the start");
-    for (const double tolerance : {most_gap, rank_tolerance}) {
-      dynamics_.choose_rows(q_, tolerance);
-      dynamics_.project(q_, v_);
-    }
-    store();
-  }
-
   using StateVector = Eigen::VectorXd;
 
   /// Steps by `length`, or to just after the first event. Returns the time taken; 0 where the state is no
@@ -337,7 +326,9 @@ class ReferenceIntegrator : public Stepper {
 }  // namespace
 
 std::unique_ptr<Stepper> reference_stepper(const Scene& scene, double step, int order) {
-  return std::make_unique<ReferenceIntegrator>(scene, step, order);
+  const Model model = build_model(scene);
+  if (model.contacts) throw Error("it has contacts: its motion is not smooth");
+  return std::make_unique<ReferenceIntegrator>(scene, model, step, order);
 }
 
 }  // namespace substep

@@ -56,9 +56,8 @@ Json of_shape(const Plane& /*plane*/, const Pose& pose) {
   return placed({{"shape", "plane"}}, pose);
 }
 Json of_shape(const Polytope& polytope, const Pose& pose) {
-  if (polytope.box) {
-    return placed({{"shape", "box"}, {"size", numbers(2 * polytope.box->half_size)}},
-                  pose * polytope.box->pose);
+  if (polytope.half_box) {
+    return placed({{"shape", "box"}, {"size", numbers(2 * *polytope.half_box)}}, pose);
   }
   if (polytope.ellipsoid) {
     return placed({{"shape", "ellipsoid"},

@@ -24,7 +24,7 @@ class PlanarXpbd {
     for (const Body& body : scene.bodies) {
       const Vector3 turn = rotation_vector(body.pose.orientation);
       if (turn.x() != 0 || turn.y() != 0 || body.pose.position.z() != 0)
-        throw Error(fmt::format("body {}: is not in the plane z = 0", body.name));
+        throw Error("body {}: is not in the plane z = 0", body.name);
       bodies_.push_back({body.inverse_mass,
                          body.inverse_inertia.z(),
                          {body.pose.position.x(), body.pose.position.y(), turn.z()},

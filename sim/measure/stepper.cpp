@@ -73,13 +73,11 @@ double time_of(const Call& call) {
 StageTimes stages_at(const Scene& scene, const Settings& settings, const std::vector<State>& states) {
   const Model model = build_model(scene);
   ContactFinder finder(scene, model);
-  const std::vector<Contact> no_contacts;
   const double hs = sub_step_of(settings);
   const Joints joints = settings.algorithm >= Algorithm::a3 ? settings.joints : Joints::rows;
   Problem problem;
   problem.model = &model;
   problem.substeps.duration = hs;
-  problem.contacts = &no_contacts;
   build_blocks(problem, joints);
   StageTimes sum;
   for (const State& state : states) {

@@ -23,11 +23,9 @@ constexpr double direction_tolerance = 1e-6;  // of rows' directions; positions 
 class RowMap {
  public:
   RowMap(const Scene& scene, Joints joints) : model_(build_model(scene)), start_(initial_state(scene)) {
-    if (!is_rigid(model_)) {
-      throw Error(fmt::format("scene {}: a sub-step's map is of joints that do not give", scene.name));
-    }
+    if (!is_rigid(model_))
+      throw Error("scene {}: a sub-step's map is of joints that do not give", scene.name);
     problem_.model = &model_;
-    problem_.contacts = &no_contacts_;
     problem_.substeps.offset.resize(start_.v.size());
     build_blocks(problem_, joints);
     formulate(problem_, start_.q, 1);
@@ -81,7 +79,6 @@ class RowMap {
 
   Model model_;
   State start_;
-  std::vector<Contact> no_contacts_;
   Problem problem_;
   std::vector<Velocity> v_;
   Eigen::ArrayXd roots_;        // of M⁻¹, by component of v

@@ -57,6 +57,10 @@ std::string to_markdown(const TextTable& table) {
   return text;
 }
 
+std::string to_text(const TextTable& table, bool as_markdown) {
+  return as_markdown ? to_markdown(table) : to_text(table);
+}
+
 std::string short_number(double value) {
   if (!(std::abs(value) < 1e9)) return "–";
   // Rounding: its digits depend on the order of a sum.

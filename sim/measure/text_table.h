@@ -14,6 +14,8 @@ struct TextTable {
 /// Returns the table with columns padded to their widest cell, the first aligned left, the others right.
 std::string to_text(const TextTable& table);
 std::string to_markdown(const TextTable& table);
+/// Returns the table in one of the two forms.
+std::string to_text(const TextTable& table, bool as_markdown);
 
 /// Returns three digits; "–" for numbers that are not finite or above a billion, as of a run that has blown
 /// up.

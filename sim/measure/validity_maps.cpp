@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -197,9 +196,8 @@ Scene lengthened_chain(const Scene& scene, int links) {
   const auto joins_the_last_two = [&](const Joint& joint) {
     return std::min(joint.body_a, joint.body_b) == last - 1 && std::max(joint.body_a, joint.body_b) == last;
   };
-  if (last < 2 || scene.joints.empty() || !joins_the_last_two(scene.joints.back())) {
-    throw Error(fmt::format("scene {}: its last joint is not between its last two bodies", scene.name));
-  }
+  if (last < 2 || scene.joints.empty() || !joins_the_last_two(scene.joints.back()))
+    throw Error("scene {}: its last joint is not between its last two bodies", scene.name);
   const Vector3 pitch = scene.bodies[last].pose.position - scene.bodies[last - 1].pose.position;
   for (int i = last + 1; i <= links; ++i) {
     Body body = chain.bodies.back();
@@ -215,7 +213,6 @@ Scene lengthened_chain(const Scene& scene, int links) {
 }
 
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) {
-  const Sampling sampling(settings.step, scene.step);
   Simulation simulation(scene, settings);
   PenetrationMeter meter(scene);
   const JointGapMeter joints(scene);
@@ -224,7 +221,6 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) 
   const auto steps = static_cast<int>(std::lround(scene.duration / settings.step));
   for (int k = 1; k <= steps; ++k) {
     if (simulation.step().status == StepReport::Status::diverged) break;
-    if (k % sampling.steps_between() != 0) continue;
     const State& state = simulation.state();
     points.push_back(
         {k * settings.step, joints.gap(state), meter.depth(state), energy(scene, state) - start});

@@ -101,7 +101,7 @@ struct HistoryPoint {
   double penetration;    ///< m
   double energy_change;  ///< J
 };
-/// Returns joint gap, penetration and energy at the end of each of the scene's steps, until the run diverges.
+/// Returns joint gap, penetration and energy at the end of each step, until the run diverges.
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
 
 /// Reads a problem's file. Throws Error that names the file, the position and the fault.

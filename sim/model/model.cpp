@@ -10,35 +10,24 @@
 namespace substep {
 namespace {
 
-Vector3 moments(const Vector3& inverse_inertia) {
-  Vector3 result = Vector3::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (inverse_inertia[i] > 0) result[i] = 1 / inverse_inertia[i];
-  }
-  return result;
-}
-
 using Axes = std::array<bool, 3>;
 
 int count(const Axes& axes) {
   return axes[0] + axes[1] + axes[2];
 }
 
-int first(const Axes& axes) {
-  return axes[0] ? 0 : axes[1] ? 1 : 2;
-}
-
-int first_missing(const Axes& axes) {
-  return !axes[0] ? 0 : !axes[1] ? 1 : 2;
+/// Returns the first axis that is in the set, or is not.
+int first(const Axes& axes, bool is_in) {
+  return axes[0] == is_in ? 0 : axes[1] == is_in ? 1 : 2;
 }
 
 JointCoordinate coordinate_of(const JointLimit& limit) {
   using Kind = JointCoordinate::Kind;
   switch (count(limit.axes)) {
     case 1:
-      return {limit.angular ? Kind::twist : Kind::position, first(limit.axes)};
+      return {limit.angular ? Kind::twist : Kind::position, first(limit.axes, true)};
     case 2:
-      return {limit.angular ? Kind::cone : Kind::radius, first_missing(limit.axes)};
+      return {limit.angular ? Kind::cone : Kind::radius, first(limit.axes, false)};
     default:
       return {limit.angular ? Kind::turn : Kind::distance, 0};
   }
@@ -82,15 +71,15 @@ void add_joint(const Scene& scene, const Joint& joint, Model& model) {
     model.limits.push_back({at, {kind, axis}, Limit::Side::both, 0, false, 0, 0});
   };
   if (count(linear) == 3) model.locks.push_back({Lock::Kind::point, at, 0});
-  if (count(linear) == 2) model.locks.push_back({Lock::Kind::line, at, first_missing(linear)});
-  if (count(linear) == 1) lock_one(JointCoordinate::Kind::position, first(linear));
+  if (count(linear) == 2) model.locks.push_back({Lock::Kind::line, at, first(linear, false)});
+  if (count(linear) == 1) lock_one(JointCoordinate::Kind::position, first(linear, true));
   if (count(angular) == 3) model.locks.push_back({Lock::Kind::orientation, at, 0});
-  if (count(angular) == 2) model.locks.push_back({Lock::Kind::direction, at, first_missing(angular)});
-  if (count(angular) == 1) lock_one(JointCoordinate::Kind::twist, first(angular));
+  if (count(angular) == 2) model.locks.push_back({Lock::Kind::direction, at, first(angular, false)});
+  if (count(angular) == 1) lock_one(JointCoordinate::Kind::twist, first(angular, true));
   for (const JointDrive& drive : joint.drives) {
     if (!(drive.stiffness > 0) && !(drive.damping > 0)) {
-      throw Error(fmt::format("{}: joint {}: a drive needs stiffness or damping above 0: they make the force",
-                              scene.file.string(), joint.name));
+      throw Error("{}: joint {}: a drive needs stiffness or damping above 0: they make the force",
+                  scene.file.string(), joint.name);
     }
     const auto kind = drive.angular ? JointCoordinate::Kind::twist : JointCoordinate::Kind::position;
     model.drives.push_back({at,
@@ -134,7 +123,8 @@ Model build_model(const Scene& scene) {
     const Body& body = scene.bodies[i];
     model.masses.push_back({body.inverse_mass, body.inverse_inertia, body.gravity_factor,
                             std::sqrt(body.inverse_mass), body.inverse_inertia.cwiseSqrt()});
-    const Vector3 inertia = moments(body.inverse_inertia);
+    const Vector3 inertia =
+        (body.inverse_inertia.array() > 0).select(body.inverse_inertia.cwiseInverse(), 0.0);
     model.inertia.push_back(inertia);
     const bool finite = body.inverse_inertia.minCoeff() > 0;
     const bool equal = inertia[0] == inertia[1] && inertia[1] == inertia[2];

@@ -15,16 +15,16 @@ struct PatchShape {
   int collider_a;  ///< indices of Scene::colliders; −1: the points are of several pairs of colliders
   int collider_b;
   int corners;
-  bool is_kept;         ///< it was found in an earlier step
-  bool slid;            ///< it slid already when the step began
-  Vector3 arm_a;        ///< from a's centre of mass to the centre of the points on a, in a's frame
-  Vector3 arm_b;        ///< from b's centre of mass to the centre of the points on b, in b's frame
-  Matrix3 axes_in_a;    ///< columns: the axes in a's frame
-  Matrix3 axes_in_b;    ///< columns: the axes in b's frame
-  double tilt[2];       ///< change of the gap along the tangents, per m
-  double left[3];       ///< overlap that later steps recover: of the gap at the centre, and of its tilt
-  double reference[3];  ///< friction's displacement less the slip of the coordinates: tangents, m; twist, rad
-  double friction;      ///< μ
+  bool is_kept;       ///< it was found in an earlier step
+  bool slid;          ///< it slid already when the step began
+  Vector3 arm_a;      ///< from a's centre of mass to the centre of the points on a, in a's frame
+  Vector3 arm_b;      ///< from b's centre of mass to the centre of the points on b, in b's frame
+  Matrix3 axes_in_a;  ///< columns: the axes in a's frame
+  Matrix3 axes_in_b;  ///< columns: the axes in b's frame
+  double tilt[2];     ///< change of the gap along the tangents, per m
+  double left[3];     ///< overlap that later steps recover: of the gap at the centre, and of its tilt
+  Vector3 reference;  ///< friction's displacement less the slip of the coordinates: tangents, m; twist, rad
+  double friction;    ///< μ
   /// Forces from which a warm start continues: the force along the normal, the torques about the tangents;
   /// the forces along the tangents, the torque about the normal. N, N m; 0 without a warm start.
   double force[6] = {};
@@ -48,7 +48,7 @@ inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const M
 
 /// Returns the displacement by which a point of a patch has slid, body frame of b.
 inline Vector3 displacement_at(const PatchShape& shape, const Vector3& slip, const Vector3& arm_b) {
-  const Vector3 moved = slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
+  const Vector3 moved = slip + shape.reference;
   const Vector3 offset = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);
   return shape.axes_in_b.col(1) * (moved[0] - moved[2] * offset[2]) +
          shape.axes_in_b.col(2) * (moved[1] + moved[2] * offset[1]);

@@ -33,9 +33,9 @@ std::string step_label(double step) {
 
 /// Returns true where labels show the field: a field of its group differs from Settings{}.
 bool is_labelled(const Settings& settings, const SettingsField& field) {
-  if (field.group == 0) return true;
+  if (field.label.group == 0) return true;
   return std::ranges::any_of(settings_fields, [&](const SettingsField& other) {
-    return other.group == field.group && text_of(settings, other) != text_of(Settings{}, other);
+    return other.label.group == field.label.group && text_of(settings, other) != text_of(Settings{}, other);
   });
 }
 
@@ -50,7 +50,7 @@ std::string with_contacts(const Settings& settings, const SettingsField& field) 
   std::string text = short_text(settings, field);
   for (const SettingsField& other : settings_fields) {
     if (other.overrides == field.name && text_of(settings, other) != text_of(Settings{}, other))
-      text += fmt::format("{}{}", other.symbol, short_text(settings, other));
+      text += fmt::format("{}{}", other.label.symbol, short_text(settings, other));
   }
   return text;
 }
@@ -113,12 +113,12 @@ void check(const Settings& settings) {
   for (const SettingsField& field : settings_fields) {
     if (field.is_left_out(settings)) continue;
     if (field.can_be_left_out && !field.is_read_by(settings.algorithm)) {
-      throw Error(fmt::format("{} {}: {} does not read it", field.name, text_of(settings, field),
-                              title_of(settings.algorithm)));
+      throw Error("{} {}: {} does not read it", field.name, text_of(settings, field),
+                  title_of(settings.algorithm));
     }
     const auto require = [&](auto value) {
       if (field.range.contains(value)) return;
-      throw Error(fmt::format("{} {}: must be {}", field.name, value, field.range.text()));
+      throw Error("{} {}: must be {}", field.name, value, field.range.text());
     };
     if (const auto* const number = std::get_if<double Settings::*>(&field.member)) require(settings.**number);
     if (const auto* const count = std::get_if<int Settings::*>(&field.member)) require(settings.**count);
@@ -130,7 +130,7 @@ std::vector<SettingsPart> parts_of(const Settings& settings) {
   for (const SettingsField& field : settings_fields) {
     if (field.name == "algorithm" || field.name == "step" || !field.overrides.empty()) continue;
     if (!field.is_read_by(settings.algorithm) || !is_labelled(settings, field)) continue;
-    parts.push_back({&field, fmt::format("{}{}", field.symbol, with_contacts(settings, field))});
+    parts.push_back({&field, fmt::format("{}{}", field.label.symbol, with_contacts(settings, field))});
   }
   parts.push_back({&field_named("step"), step_label(settings.step)});
   return parts;

@@ -31,26 +31,17 @@ static_assert(has_fields(std::make_index_sequence<settings_fields.size()>{}) &&
               "settings_fields and Settings have different numbers of fields");
 
 template <typename Value>
-bool read(std::string_view text, Value& value) {
-  Value result{};
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), result);
-  if (end.ec != std::errc{} || end.ptr != text.data() + text.size()) return false;
-  if (!std::isfinite(static_cast<double>(result))) return false;
-  value = result;
-  return true;
-}
-
-template <typename Value>
-bool keep_known(const std::optional<Value>& known, Value& value) {
-  if (known) value = *known;
-  return known.has_value();
-}
-
-bool read(std::string_view text, Algorithm& value) {
-  return keep_known(algorithm_named(text), value);
-}
-bool read(std::string_view text, Joints& value) {
-  return keep_known(joints_named(text), value);
+std::optional<Value> read(std::string_view text) {
+  if constexpr (std::is_same_v<Value, Algorithm>) {
+    return algorithm_named(text);
+  } else if constexpr (std::is_same_v<Value, Joints>) {
+    return joints_named(text);
+  } else {
+    Value value{};
+    const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool is_all = end.ec == std::errc{} && end.ptr == text.data() + text.size();
+    return is_all && std::isfinite(static_cast<double>(value)) ? std::optional(value) : std::nullopt;
+  }
 }
 
 /// Returns the field of contacts that overrides this one; null where there is none.
@@ -64,14 +55,15 @@ const SettingsField* contacts_field_of(const SettingsField& field) {
 void set_for_all(Settings& settings, const SettingsField& field) {
   if (!contacts_field_of(field)) return;
   for (const SettingsField& other : settings_fields) {
-    if (other.group == field.group && !other.overrides.empty())
+    if (other.label.group == field.label.group && !other.overrides.empty())
       settings.*std::get<double Settings::*>(other.member) = 0;
   }
 }
 
 /// Returns the symbol without its "="; empty where labels have none.
 std::string_view short_key(const SettingsField& field) {
-  return field.symbol.size() > 1 ? field.symbol.substr(0, field.symbol.size() - 1) : std::string_view();
+  const std::string_view symbol = field.label.symbol;
+  return symbol.substr(0, std::max<std::size_t>(symbol.size(), 1) - 1);
 }
 
 /// Splits values of joints and of contacts, and puts the fields that reset others first.
@@ -88,7 +80,7 @@ std::vector<std::pair<const SettingsField*, std::string>> ordered(
       std::string known;
       for (const SettingsField* field : fields)
         known += fmt::format("{}{}", known.empty() ? "" : ", ", field->name);
-      throw Error(fmt::format("'{}': give some of {}", key, known));
+      throw Error("'{}': give some of {}", key, known);
     }
     const SettingsField* const contacts = contacts_field_of(**found);
     const std::size_t slash = contacts ? value.find('/') : std::string::npos;
@@ -130,19 +122,22 @@ std::string text_of(const Settings& settings, const SettingsField& field) {
 }
 
 bool set(Settings& settings, const SettingsField& field, std::string_view text) {
-  const bool is_read = std::visit([&](auto member) { return read(text, settings.*member); }, field.member);
+  const auto set_member = [&](auto member) {
+    const auto value = read<std::remove_reference_t<decltype(settings.*member)>>(text);
+    if (value) settings.*member = *value;
+    return value.has_value();
+  };
+  const bool is_read = std::visit(set_member, field.member);
   if (is_read) set_for_all(settings, field);
   return is_read;
 }
 
 std::optional<double> fraction_in(std::string_view text) {
   const std::size_t slash = text.find('/');
-  double numerator = 0;
-  double denominator = 1;
-  if (!read(text.substr(0, slash), numerator)) return std::nullopt;
-  if (slash != std::string_view::npos && !read(text.substr(slash + 1), denominator)) return std::nullopt;
-  if (denominator == 0) return std::nullopt;
-  return numerator / denominator;
+  const auto numerator = read<double>(text.substr(0, slash));
+  const auto denominator = read<double>(slash == std::string_view::npos ? "1" : text.substr(slash + 1));
+  if (!numerator || !denominator || *denominator == 0) return std::nullopt;
+  return *numerator / *denominator;
 }
 
 bool set_typed(Settings& settings, const SettingsField& field, std::string_view text) {
@@ -169,7 +164,7 @@ std::string kind_of(const SettingsField& field) {
 
 const SettingsField& field_named(std::string_view name) {
   const auto found = std::ranges::find(settings_fields, name, &SettingsField::name);
-  if (found == settings_fields.end()) throw Error(fmt::format("settings have no '{}'", name));
+  if (found == settings_fields.end()) throw Error("settings have no '{}'", name);
   return *found;
 }
 
@@ -179,7 +174,7 @@ TypedSettings typed_settings_in(std::string_view text) {
     const std::size_t end = std::min(text.find(','), text.size());
     const std::string_view word = text.substr(0, end);
     const std::size_t equals = word.find('=');
-    if (equals == std::string_view::npos) throw Error(fmt::format("'{}': give KEY=VALUE", word));
+    if (equals == std::string_view::npos) throw Error("'{}': give KEY=VALUE", word);
     typed.emplace_back(word.substr(0, equals), word.substr(equals + 1));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
@@ -194,19 +189,19 @@ void set_typed(Settings& settings, const TypedSettings& typed,
                const std::vector<const SettingsField*>& fields) {
   for (const auto& [field, value] : ordered(typed, fields)) {
     if (set_typed(settings, *field, value)) continue;
-    throw Error(fmt::format("'{}={}': give {}", field->name, value, kind_of(*field)));
+    throw Error("'{}={}': give {}", field->name, value, kind_of(*field));
   }
 }
 
 std::string settings_help() {
   std::string text =
-      "Settings of solving. --algorithm, --step and --substeps are options of their own; all can be given "
-      "in\n"
-      "--set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels of films "
-      "and\n"
-      "players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a slash; "
-      "in other\n"
-      "numbers a slash is a fraction: step=1/60.\n\n";
+      "Settings of solving. --algorithm, --step and --substeps are options of their own; "
+      R"(all can be given in
+--set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels of films and
+players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a slash; in other
+numbers a slash is a fraction: step=1/60.
+
+)";
   for (const SettingsField& field : settings_fields) {
     const bool is_number = !std::holds_alternative<Algorithm Settings::*>(field.member) &&
                            !std::holds_alternative<Joints Settings::*>(field.member);

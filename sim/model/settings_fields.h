@@ -30,6 +30,14 @@ struct SettingsField {
     std::string text() const;           ///< "above 0 and at most 10 s"
   };
 
+  /// The form of the field in labels and in names of files.
+  struct Label {
+    std::string_view symbol = {};  ///< before the value in labels: "n="
+    std::string_view letter = {};  ///< before the value in names of files
+    /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: never.
+    int group = 0;
+  };
+
   std::string_view name;  ///< "substeps": the key in files and in --set
   Member member;
   std::string_view help;        ///< text for the help of commands
@@ -38,10 +46,7 @@ struct SettingsField {
   Algorithm first = Algorithm::a1;  ///< the first algorithm that reads it
   Algorithm last = Algorithm::a5;   ///< and the last
   Algorithm also = last;            ///< and one more
-  std::string_view symbol = {};     ///< before the value in labels: "n="
-  std::string_view letter = {};     ///< before the value in names of files
-  /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always in labels.
-  int group = 0;
+  Label label = {};
   /// The field of all rows that this one overrides for contacts where it is not 0. A command that sets the
   /// field of all rows by its name resets this field and the others of its group to 0.
   std::string_view overrides = {};
@@ -61,7 +66,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .usual = "the scene's",
      .range = {.low = 0, .high = 10, .has_low = false, .unit = " s"},
      .last = Algorithm::avbd,
-     .symbol = "h="},
+     .label = {"h="}},
     {.name = "substeps",
      .member = &Settings::substeps,
      .help = "Sub-steps n of A3 to A5 and of Soft Step",
@@ -69,8 +74,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 1, .high = 100000},
      .first = Algorithm::a3,
      .also = Algorithm::soft,
-     .symbol = "n=",
-     .letter = "n"},
+     .label = {"n=", "n"}},
     {.name = "iterations",
      .member = &Settings::iterations,
      .help = "Iterations m: of A2 and AVBD in a step, of A3 to A5 in a sub-step",
@@ -78,33 +82,26 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 1, .high = 100000},
      .first = Algorithm::a2,
      .also = Algorithm::avbd,
-     .symbol = "m=",
-     .letter = "m"},
+     .label = {"m=", "m"}},
     {.name = "tau",
      .member = &Settings::tau,
      .help = "Stabilization factor τ of A3 to A5, of all rows",
      .range = {.low = 0, .high = 4, .has_low = false},
      .first = Algorithm::a3,
-     .symbol = "τ=",
-     .letter = "t",
-     .group = 1},
+     .label = {"τ=", "t", 1}},
     {.name = "kappa",
      .member = &Settings::kappa,
      .help = "Stabilization factor κ of A3 to A5, of all rows",
      .range = {.low = 0, .high = 2, .has_low = false},
      .first = Algorithm::a3,
-     .symbol = "κ=",
-     .letter = "k",
-     .group = 1},
+     .label = {"κ=", "k", 1}},
     {.name = "contact_tau",
      .member = &Settings::contact_tau,
      .help = "τ of contacts in A3 to A5; as that of all rows where it is 0, or where tau or kappa is given "
              "alone",
      .range = {.low = 0, .high = 4},
      .first = Algorithm::a3,
-     .symbol = "/",
-     .letter = "ct",
-     .group = 1,
+     .label = {"/", "ct", 1},
      .overrides = "tau"},
     {.name = "contact_kappa",
      .member = &Settings::contact_kappa,
@@ -112,9 +109,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
              "alone",
      .range = {.low = 0, .high = 2},
      .first = Algorithm::a3,
-     .symbol = "/",
-     .letter = "ck",
-     .group = 1,
+     .label = {"/", "ck", 1},
      .overrides = "kappa"},
     {.name = "joints",
      .member = &Settings::joints,
@@ -126,26 +121,20 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 0, .high = 2, .has_low = false, .has_high = false},
      .first = Algorithm::a2,
      .last = Algorithm::a2,
-     .symbol = "ω=",
-     .letter = "w",
-     .group = 2},
+     .label = {"ω=", "w", 2}},
     {.name = "tolerance",
      .member = &Settings::tolerance,
      .help = "A2 ends a step when no row moves its velocity by more (m/s, rad/s); 0: never",
      .range = {.low = 0},
      .first = Algorithm::a2,
      .last = Algorithm::a2,
-     .symbol = "aw=",
-     .letter = "a",
-     .group = 3},
+     .label = {"aw=", "a", 3}},
     {.name = "warm_start",
      .member = &Settings::warm_start,
      .help = "Fraction of the last impulses that a step of A2, or a sub-step of A3 to A5, starts from",
      .range = {.low = 0, .high = 1},
      .first = Algorithm::a2,
-     .symbol = "warm=",
-     .letter = "ws",
-     .group = 4,
+     .label = {"warm=", "ws", 4},
      .can_be_left_out = true},
     {.name = "contact_hertz",
      .member = &Settings::contact_hertz,
@@ -153,9 +142,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 0, .high = 1e6, .has_low = false, .unit = " Hz"},
      .first = Algorithm::soft,
      .last = Algorithm::soft,
-     .symbol = "contacts=",
-     .letter = "ch",
-     .group = 5,
+     .label = {"contacts=", "ch", 5},
      .can_be_left_out = true},
     {.name = "joint_hertz",
      .member = &Settings::joint_hertz,
@@ -163,9 +150,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 0, .high = 1e6, .has_low = false, .unit = " Hz"},
      .first = Algorithm::soft,
      .last = Algorithm::soft,
-     .symbol = "fj=",
-     .letter = "jh",
-     .group = 6,
+     .label = {"fj=", "jh", 6},
      .can_be_left_out = true},
     {.name = "alpha",
      .member = &Settings::alpha,
@@ -173,9 +158,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 0, .high = 1},
      .first = Algorithm::avbd,
      .last = Algorithm::avbd,
-     .symbol = "α=",
-     .letter = "al",
-     .group = 7,
+     .label = {"α=", "al", 7},
      .can_be_left_out = true},
     {.name = "beta",
      .member = &Settings::beta,
@@ -183,9 +166,7 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .range = {.low = 0, .high = 1e12},
      .first = Algorithm::avbd,
      .last = Algorithm::avbd,
-     .symbol = "β=",
-     .letter = "b",
-     .group = 8,
+     .label = {"β=", "b", 8},
      .can_be_left_out = true},
 }};
 

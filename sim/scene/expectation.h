@@ -3,8 +3,6 @@
 /// bodies that must remain standing. A scene's file declares them in `extras.substep.expected`; see
 /// scenes/format.md.
 
-#include <array>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <utility>
 
 #include "sim/measure/substep_map.h"
 #include "sim/measure/text_table.h"
@@ -21,31 +19,6 @@ std::string price_text(const SweepRecord& record) {
       "{} rows a simulated second",
       static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
 }
-
-}  // namespace
-
-std::string spoken(const SweepRecord& record, bool joints) {
-  const Settings& s = record.settings;
-  const Settings usual = default_settings(s.algorithm);
-  std::vector<std::string> words;
-  if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
-  if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
-    words.push_back(fmt::format("m = {}", s.iterations));
-  }
-  const bool is_substepping = s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm);
-  if (is_substepping && (tau_text(s) != tau_text(usual) || kappa_text(s) != kappa_text(usual))) {
-    words.push_back(fmt::format("τ = {}", tau_text(s)));
-    words.push_back(fmt::format("κ = {}", kappa_text(s)));
-  }
-  if (is_substepping && joints && s.joints != usual.joints) {
-    words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
-  }
-  const double rate = 1 / s.step;
-  words.push_back(fmt::format("h = 1/{:.0f} s", rate));
-  return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
-}
-
-namespace {
 
 bool is_growing(const SweepRecord& record) {
   return record.substep_radius.value_or(0) > growing_radius;
@@ -133,32 +106,13 @@ std::string late_text(const std::vector<SweepRecord>& records) {
     if (!cheapest_fault || time_or_rows(record) < time_or_rows(*cheapest_fault)) cheapest_fault = &record;
   }
   if (!cheapest_fault) return "";
-  return fmt::format("{} that {} within 1 % for the first {:.3g} s {} to the end ({:g} s): {}{}. ",
-                     count == 1 ? std::string("One setting") : fmt::format("{} settings", count),
-                     count == 1 ? "is" : "are", cheapest_fault->horizon,
-                     count == 1 ? "is not right" : "are not right", cheapest_fault->duration,
-                     count == 1 ? "" : "the cheapest is ",
-                     fmt::format("{}, where {}", spoken(*cheapest_fault, has_joints(records)),
-                                 late_fault(*cheapest_fault, best)));
+  const std::string fault = fmt::format("{}, where {}. ", spoken(*cheapest_fault, has_joints(records)),
+                                        late_fault(*cheapest_fault, best));
+  const std::string span = fmt::format("within 1 % for the first {:.3g} s", cheapest_fault->horizon);
+  const std::string end = fmt::format("not right to the end ({:g} s)", cheapest_fault->duration);
+  if (count == 1) return fmt::format("One setting that is {} is {}: {}", span, end, fault);
+  return fmt::format("{} settings that are {} are {}: the cheapest is {}", count, span, end, fault);
 }
-
-}  // namespace
-
-double cpu_time_of(const SweepRecord& record) {
-  return record.times ? record.times->median / record.duration : std::numeric_limits<double>::quiet_NaN();
-}
-
-bool is_own_run(const SweepRecord& record) {
-  return record.engine.empty() && record.metrics.has_value();
-}
-
-double time_or_rows(const SweepRecord& record) {
-  if (record.times) return cpu_time_of(record);
-  // A scene without constraints has no rows, and costs something.
-  return std::max(static_cast<double>(record.metrics->row_solves), 1.0);
-}
-
-namespace {
 
 /// Returns whether a run with as many sub-steps and iterations or more, and as small a step or smaller, went
 /// wrong.
@@ -178,6 +132,41 @@ bool fails_when_finer(const SweepRecord& run, const std::vector<SweepRecord>& re
 }
 
 }  // namespace
+
+std::string spoken(const SweepRecord& record, bool joints) {
+  const Settings& s = record.settings;
+  const Settings usual = default_settings(s.algorithm);
+  std::vector<std::string> words;
+  if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
+  if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
+    words.push_back(fmt::format("m = {}", s.iterations));
+  }
+  const bool is_substepping = s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm);
+  if (is_substepping && (tau_text(s) != tau_text(usual) || kappa_text(s) != kappa_text(usual))) {
+    words.push_back(fmt::format("τ = {}", tau_text(s)));
+    words.push_back(fmt::format("κ = {}", kappa_text(s)));
+  }
+  if (is_substepping && joints && s.joints != usual.joints) {
+    words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
+  }
+  const double rate = 1 / s.step;
+  words.push_back(fmt::format("h = 1/{:.0f} s", rate));
+  return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
+}
+
+double cpu_time_of(const SweepRecord& record) {
+  return record.times ? record.times->median / record.duration : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool is_own_run(const SweepRecord& record) {
+  return record.engine.empty() && record.metrics.has_value();
+}
+
+double time_or_rows(const SweepRecord& record) {
+  if (record.times) return cpu_time_of(record);
+  // A scene without constraints has no rows, and costs something.
+  return std::max(static_cast<double>(record.metrics->row_solves), 1.0);
+}
 
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance) {
   const SweepRecord* const best = most_accurate(records);

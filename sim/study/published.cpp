@@ -2,19 +2,18 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <utility>
 
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/loading/load_scene.h"
 #include "sim/loading/toml_values.h"
 #include "sim/math/floating_point.h"
+#include "sim/measure/stepper.h"
 #include "sim/model/settings_fields.h"
 #include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
@@ -34,8 +33,7 @@ class PublishedReader : private TomlValues {
     const toml::table root = parse();
     expect_keys(root, "the file of published results", {"result"});
     const toml::node* const list = root.get("result");
-    if (list == nullptr || !list->is_array_of_tables())
-      throw Error(fmt::format("{}: has no [[result]]", file().string()));
+    if (list == nullptr || !list->is_array_of_tables()) throw Error("{}: has no [[result]]", file().string());
     std::vector<PublishedResult> results;
     for (const toml::node& node : *list->as_array()) results.push_back(result_in(*node.as_table()));
     return results;
@@ -128,19 +126,13 @@ class PublishedReader : private TomlValues {
 
 /// One run of one scene by one algorithm.
 struct Job {
-  std::size_t result;
-  std::size_t run;
-  std::size_t scene;
+  const PublishedResult* result;
+  const PublishedRun* run;
+  const Scene* scene;
   Algorithm algorithm;
   std::vector<ExpectedFigure> figures = {};
   double milliseconds = 0;  ///< CPU time of a step
 };
-
-double thread_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// Shortens the scene, and times for which it is expected to stay at rest.
 void shorten(Scene& scene, double duration) {
@@ -152,8 +144,10 @@ void shorten(Scene& scene, double duration) {
   }
 }
 
-void perform(Job& job, Scene scene, const PublishedRun& run, const std::stop_token& stop) {
+void perform(Job& job, const std::stop_token& stop) {
   const DefaultFloatingPoint environment;
+  const PublishedRun& run = *job.run;
+  Scene scene = *job.scene;
   if (run.duration) shorten(scene, *run.duration);
   Settings settings = usual_settings(scene, job.algorithm);
   settings.step *= run.steps;
@@ -162,7 +156,7 @@ void perform(Job& job, Scene scene, const PublishedRun& run, const std::stop_tok
   Simulation simulation(scene, settings);
   ExpectationMeter meter(scene, simulation.state());
   const auto steps = std::llround(scene.duration / settings.step);
-  const double begin = thread_seconds();
+  const double begin = cpu_time();
   bool diverged = false;
   for (std::int64_t step = 1; step <= steps && !diverged && !stop.stop_requested(); ++step) {
     if (run.forget_patches && !simulation.state().patches.empty()) {
@@ -178,56 +172,47 @@ void perform(Job& job, Scene scene, const PublishedRun& run, const std::stop_tok
   }
   job.figures = meter.figures(diverged);
   job.milliseconds =
-      1e3 * (thread_seconds() - begin) / static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
+      1e3 * (cpu_time() - begin) / static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
 }
 
-/// Adds the figures of one run's jobs: a line for each figure of each scene.
-void add_figures(const std::vector<Job>& jobs, std::size_t number, std::size_t run_number,
-                 const std::vector<Scene>& scenes, PublishedMeasurement& measurement) {
-  const PublishedRun& run = measurement.result.runs[run_number];
-  for (std::size_t scene = 0; scene < scenes.size(); ++scene) {
-    std::vector<PublishedFigure> lines;
-    PublishedFigure time{scenes[scene].name + ": CPU time of a step", run.name, {}, true, {}};
-    for (const Job& job : jobs) {
-      if (job.result != number || job.run != run_number || job.scene != scene) continue;
-      lines.resize(job.figures.size());
-      for (std::size_t i = 0; i < lines.size(); ++i) {
-        ExpectedFigure figure = job.figures[i];
-        lines[i].what = fmt::format("{}: {}", scenes[scene].name, figure.name);
-        lines[i].run = run.name;
-        if (!run.against.empty()) {
-          const auto earlier = std::ranges::find_if(measurement.figures, [&](const PublishedFigure& line) {
-            return line.what == lines[i].what && line.run == run.against &&
-                   line.measured.contains(job.algorithm);
-          });
-          if (earlier == measurement.figures.end()) {
-            throw Error(fmt::format("{}: run '{}' measures no {} of {} to compare run '{}' with",
-                                    measurement.result.name, run.against, lines[i].what,
-                                    title_of(job.algorithm), run.name));
-          }
-          figure.measured = earlier->measured.at(job.algorithm).measured / figure.measured;
-          figure.expected = run.at_least;
-          figure.bound = Bound::at_least;
-          figure.tolerance = 1e-9;
-          figure.unit = "";
-          lines[i].run = fmt::format("{} over {}", run.against, run.name);
-        }
-        lines[i].measured[job.algorithm] = figure;
-        if (figure.is_bad() && std::ranges::find(run.judged, job.algorithm) != run.judged.end())
-          lines[i].missed_by.push_back(job.algorithm);
-      }
-      time.measured[job.algorithm] = {"", "ms", Bound::equal, 0, 0, job.milliseconds};
-    }
-    measurement.figures.insert(measurement.figures.end(), lines.begin(), lines.end());
-    if (run.time && !time.measured.empty()) measurement.figures.push_back(time);
+/// Returns the figure of an earlier run over the job's, which should be at least `at_least`.
+ExpectedFigure ratio_of(const Job& job, const std::string& what, const ExpectedFigure& figure,
+                        const std::vector<PublishedFigure>& figures) {
+  const auto earlier = std::ranges::find_if(figures, [&](const PublishedFigure& line) {
+    return line.what == what && line.run == job.run->against && line.measured.contains(job.algorithm);
+  });
+  if (earlier == figures.end()) {
+    throw Error("{}: run '{}' measures no {} of {} to compare run '{}' with", job.result->name,
+                job.run->against, what, title_of(job.algorithm), job.run->name);
   }
+  const double ratio = earlier->measured.at(job.algorithm).measured / figure.measured;
+  return {figure.name, "", Bound::at_least, job.run->at_least, 1e-9, ratio};
 }
 
-std::string expected_text(const ExpectedFigure& figure) {
-  const char* const sign = figure.bound == Bound::at_most    ? "≤ "
-                           : figure.bound == Bound::at_least ? "≥ "
-                                                             : "";
-  return sign + short_number(figure.expected);
+/// Adds the figures of a job to the lines of its run and scene, which begin at `first`: a line for each
+/// figure and, where the run has one, of the time.
+void add_figures(const Job& job, std::size_t first, std::vector<PublishedFigure>& figures) {
+  const PublishedRun& run = *job.run;
+  figures.resize(first + job.figures.size() + (run.time ? 1 : 0));
+  for (std::size_t i = 0; i < job.figures.size(); ++i) {
+    ExpectedFigure figure = job.figures[i];
+    PublishedFigure& line = figures[first + i];
+    line.what = fmt::format("{}: {}", job.scene->name, figure.name);
+    line.run = run.name;
+    if (!run.against.empty()) {
+      figure = ratio_of(job, line.what, figure, figures);
+      line.run = fmt::format("{} over {}", run.against, run.name);
+    }
+    line.measured[job.algorithm] = figure;
+    if (figure.is_bad() && std::ranges::find(run.judged, job.algorithm) != run.judged.end())
+      line.missed_by.push_back(job.algorithm);
+  }
+  if (!run.time) return;
+  PublishedFigure& line = figures.back();
+  line.what = job.scene->name + ": CPU time of a step";
+  line.run = run.name;
+  line.is_time = true;
+  line.measured[job.algorithm] = {"", "ms", Bound::equal, 0, 0, job.milliseconds};
 }
 
 std::string cell_text(const ExpectedFigure& figure, bool is_time) {
@@ -252,16 +237,10 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
   constexpr std::size_t most = 4;
   TextTable table{{"figure", "expected"}, {}};
   std::vector<double> ranks;
-  const auto index_of = [](std::vector<std::string>& names, const std::string& name) {
-    const auto found = std::ranges::find(names, name);
-    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-    names.push_back(name);
-    return names.size() - 1;
-  };
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
     const std::string name = line.what + (first.unit.empty() ? "" : ", ") + first.unit;
-    const std::string expected = line.is_time ? "" : expected_text(first);
+    const std::string expected = line.is_time ? "" : bounded_text(first.bound, short_number(first.expected));
     auto row = std::ranges::find_if(
         table.rows, [&](const auto& earlier) { return earlier[0] == name && earlier[1] == expected; });
     if (row == table.rows.end()) {
@@ -273,7 +252,9 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
       if (found == line.measured.end()) continue;
-      const std::size_t column = index_of(table.head, fmt::format("{}: {}", line.run, title_of(algorithm)));
+      const std::string title = fmt::format("{}: {}", line.run, title_of(algorithm));
+      const auto column = static_cast<std::size_t>(std::ranges::find(table.head, title) - table.head.begin());
+      if (column == table.head.size()) table.head.push_back(title);
       row->resize(std::max(row->size(), column + 1));
       (*row)[column] = cell_text(found->second, line.is_time);
     }
@@ -301,14 +282,14 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
                                                     const PublishedOptions& options) {
   std::vector<Job> jobs;
   std::vector<std::vector<Scene>> scenes(results.size());
-  for (std::size_t r = 0; r < results.size(); ++r) {
-    const PublishedResult& result = results[r];
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const PublishedResult& result = results[i];
     if (result.name.find(options.only) == std::string::npos) continue;
-    for (const fs::path& file : result.scenes) scenes[r].push_back(load_scene(file));
-    for (std::size_t k = 0; k < result.runs.size(); ++k) {
-      if (options.quick && !result.runs[k].quick) continue;
-      for (std::size_t s = 0; s < result.scenes.size(); ++s) {
-        for (const Algorithm algorithm : result.runs[k].algorithms) jobs.push_back({r, k, s, algorithm});
+    for (const fs::path& file : result.scenes) scenes[i].push_back(load_scene(file));
+    for (const PublishedRun& run : result.runs) {
+      if (options.quick && !run.quick) continue;
+      for (const Scene& scene : scenes[i]) {
+        for (const Algorithm algorithm : run.algorithms) jobs.push_back({&result, &run, &scene, algorithm});
       }
     }
   }
@@ -316,8 +297,7 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
   parallel_for(
       options.threads, jobs.size(),
       [&](std::size_t i, const std::stop_token& stop) {
-        Job& job = jobs[i];
-        perform(job, scenes[job.result][job.scene], results[job.result].runs[job.run], stop);
+        perform(jobs[i], stop);
         ++done;
       },
       [&] {
@@ -325,10 +305,13 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
           options.progress(static_cast<double>(done.load()) / static_cast<double>(jobs.size()));
       });
   std::vector<PublishedMeasurement> measurements;
-  for (std::size_t r = 0; r < results.size(); ++r) {
-    PublishedMeasurement measurement{results[r], {}};
-    for (std::size_t k = 0; k < results[r].runs.size(); ++k) add_figures(jobs, r, k, scenes[r], measurement);
-    if (!measurement.figures.empty()) measurements.push_back(std::move(measurement));
+  std::size_t first = 0;
+  for (const Job* before = nullptr; const Job& job : jobs) {
+    if (!before || before->result != job.result) measurements.push_back({*job.result, {}});
+    std::vector<PublishedFigure>& figures = measurements.back().figures;
+    if (!before || before->run != job.run || before->scene != job.scene) first = figures.size();
+    add_figures(job, first, figures);
+    before = &job;
   }
   std::ranges::stable_sort(measurements, {}, [](const PublishedMeasurement& m) { return m.is_met(); });
   return measurements;

@@ -3,21 +3,22 @@
 ///
 ///     [[result]]
 ///     name = "P1 Kapla tower"
-///     scenes = ["published/kapla.gltf"]           # relative to the file; met where their expectations are
-///     rule = "A1 and A5 stand at the default"     # in words, for the page
+///     scenes = ["published/kapla.gltf"]        # relative to the file; met where their expectations are
+///     rule = "A1 and A5 stand at the default"  # in words, for the page
 ///     reported = [["RaiSim", "10 iterations", "25 steps"]]
 ///
 ///     [[result.run]]
 ///     name = "default"
-///     algorithms = ["a1", "a5"]                   # default: a1, a2, a3, a5
-///     judged = ["a1", "a5"]                       # those that have to meet the result; default: none
-///     settings = { substeps = 10 }                # fields of settings_fields.h
-///     steps = 2                                   # steps of the scene per step of the run
-///     duration = 6                                # s, where it is shorter than the scene's
-///     against = "n = 4"                           # figures are ratios: of the earlier run of this name to
-///     this run at_least = 4                                # with `against`: the least ratio time = true #
-///     also the mean CPU time of a step forget_patches = true                       # each step forms its
-///     contact patches anew quick = true                                # belongs to the quick subset
+///     algorithms = ["a1", "a5"]       # default: a1, a2, a3, a5
+///     judged = ["a1", "a5"]           # those that have to meet the result; default: none
+///     settings = { substeps = 10 }    # fields of settings_fields.h
+///     steps = 2                       # steps of the scene per step of the run
+///     duration = 6                    # s, where it is shorter than the scene's
+///     against = "n = 4"               # figures are ratios: of the earlier run of this name to this run
+///     at_least = 4                    # with `against`: the least ratio
+///     time = true                     # also the mean CPU time of a step
+///     forget_patches = true           # each step forms its contact patches anew
+///     quick = true                    # belongs to the quick subset
 
 #include <filesystem>
 #include <functional>

@@ -39,17 +39,9 @@ std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view recor
   return fmt::format("{} {:016x}", fingerprint(sweep, job), fnv1a(record));
 }
 
-/// The state of a job's file.
-enum class JobFile {
-  none,
-  other,    ///< of another build, scene or sweep file
-  damaged,  ///< its first line is no seal, or not that of its record
-  done,
-};
-
 struct FoundJob {
-  JobFile file = JobFile::none;
-  std::string record;  ///< of one that is done
+  std::optional<std::string> record = {};  ///< nothing without a file of this build, scene and sweep file
+  bool is_damaged = false;                 ///< the file's first line is no seal, or not that of its record
 };
 
 /// Reads a job's file: a line with the seal, then the record.
@@ -57,18 +49,17 @@ FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& 
   constexpr std::size_t digits = 16;
   const fs::path file = file_of(results, job);
   if (!fs::exists(file)) return {};
-  if (!fs::is_regular_file(file)) {
-    throw Error(fmt::format("{}: is not a file: remove it, to make room for a job's result", file.string()));
-  }
+  if (!fs::is_regular_file(file))
+    throw Error("{}: is not a file: remove it, to make room for a job's result", file.string());
   const std::string text = content_of(file).value_or("");
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = std::string_view(text).substr(0, end);
   const bool is_seal = line.size() == 2 * digits + 1 && line[digits] == ' ' && end < text.size();
-  if (!is_seal) return {JobFile::damaged, {}};
-  if (line.substr(0, digits) != fingerprint(sweep, job)) return {JobFile::other, {}};
+  if (!is_seal) return {.is_damaged = true};
+  if (line.substr(0, digits) != fingerprint(sweep, job)) return {};
   std::string record = text.substr(end + 1);
-  if (line != seal(sweep, job, record)) return {JobFile::damaged, {}};
-  return {JobFile::done, std::move(record)};
+  if (line != seal(sweep, job, record)) return {.is_damaged = true};
+  return {std::move(record)};
 }
 
 void measure_engine(const Sweep& sweep, const Scene& scene, const ReferenceMotion& reference,
@@ -140,13 +131,11 @@ ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference) {
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress) {
   std::error_code failure;
   fs::create_directories(options.results / "jobs", failure);
-  if (failure)
-    throw Error(fmt::format("{}: cannot be made: {}", options.results.string(), failure.message()));
+  if (failure) throw Error("{}: cannot be made: {}", options.results.string(), failure.message());
   std::vector<const SweepJob*> open;
   for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
     if (static_cast<int>(i % options.parts) != options.part - 1) continue;
-    if (found_job(sweep, options.results, sweep.jobs[i]).file != JobFile::done)
-      open.push_back(&sweep.jobs[i]);
+    if (!found_job(sweep, options.results, sweep.jobs[i]).record) open.push_back(&sweep.jobs[i]);
   }
   // Start the longest jobs first. The order does not change the results.
   const auto cost = [&](const SweepJob* job) { return estimated_work(sweep, *job); };
@@ -193,7 +182,7 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
 std::vector<fs::path> damaged_jobs(const Sweep& sweep, const fs::path& results) {
   std::vector<fs::path> damaged;
   for (const SweepJob& job : sweep.jobs) {
-    if (found_job(sweep, results, job).file == JobFile::damaged) damaged.push_back(file_of(results, job));
+    if (found_job(sweep, results, job).is_damaged) damaged.push_back(file_of(results, job));
   }
   return damaged;
 }
@@ -203,20 +192,20 @@ void merge_sweep(const Sweep& sweep, const fs::path& results) {
   std::vector<std::string> texts;
   std::vector<SweepRecord> records;
   for (const SweepJob& job : sweep.jobs) {
-    const FoundJob found = found_job(sweep, results, job);
-    if (found.file != JobFile::done) {
+    const std::optional<std::string> record = found_job(sweep, results, job).record;
+    if (record) {
+      records.push_back(record_in(*record));
+      texts.push_back(record->substr(0, record->size() - 1));
+    } else {
       missing.push_back(job.key);
-      continue;
     }
-    records.push_back(record_in(found.record));
-    texts.push_back(found.record.substr(0, found.record.size() - 1));
   }
   if (!missing.empty()) {
     const std::vector<fs::path> damaged = damaged_jobs(sweep, results);
-    throw Error(fmt::format(
+    throw Error(
         "{}: {} of {} jobs are not done, the first is {}{}: run the sweep again, it goes on where it stopped",
         results.string(), missing.size(), sweep.jobs.size(), missing.front(),
-        damaged.empty() ? "" : fmt::format(" ({} is damaged)", damaged.front().string())));
+        damaged.empty() ? "" : fmt::format(" ({} is damaged)", damaged.front().string()));
   }
   write_file(results / "sweep.json", fmt::format("[\n{}\n]\n", fmt::join(texts, ",\n")));
   write_file(results / "errors.csv", errors_csv(records));
@@ -226,14 +215,14 @@ void merge_sweep(const Sweep& sweep, const fs::path& results) {
 std::vector<SweepRecord> read_records(const fs::path& results) {
   const fs::path file = results / "sweep.json";
   const auto text = content_of(file);
-  if (!text) throw Error(fmt::format("{}: cannot be read: 'substep sweep' writes it", file.string()));
+  if (!text) throw Error("{}: cannot be read: 'substep sweep' writes it", file.string());
   std::vector<SweepRecord> records;
   try {
     for (const auto& entry : parse_json(*text, file.string())) {
       records.push_back(record_in(entry.dump()));
     }
   } catch (const std::exception& error) {
-    throw Error(fmt::format("{}: {}", file.string(), error.what()));
+    throw Error("{}: {}", file.string(), error.what());
   }
   return records;
 }

@@ -1,12 +1,10 @@
 #include "sim/study/sweep.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <cmath>
-#include <initializer_list>
+#include <array>
 #include <set>
 
 #include "sim/error.h"
@@ -47,7 +45,7 @@ std::string key_of(const SweepJob& job) {
     if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
     if (field.is_left_out(s)) continue;
     if (!field.overrides.empty() && text_of(s, field) == text_of(Settings{}, field)) continue;
-    text += fmt::format("-{}{}", field.letter, text_of(s, field));
+    text += fmt::format("-{}{}", field.label.letter, text_of(s, field));
   }
   return text;
 }
@@ -77,10 +75,10 @@ std::vector<Settings> combinations(const Settings& start, const std::vector<Grid
 struct Grid {
   std::vector<const Scene*> scenes;
   std::vector<int> divisions{1};
-  std::vector<GridList> iterations;  ///< at most one list, which engines read too
+  std::vector<int> iterations;  ///< engines read them too; empty: the defaults
   std::vector<Algorithm> algorithms;
   std::vector<std::string> engines;
-  std::vector<GridList> lists;  ///< lists of the other fields
+  std::vector<GridList> lists;  ///< of the other fields
 };
 
 class Reader : private TomlValues {
@@ -107,7 +105,7 @@ class Reader : private TomlValues {
         read_grid(*node.as_table(), std::string_view(kind) == "limit");
       }
     }
-    if (sweep_.jobs.empty()) throw Error(fmt::format("{}: has no [[grid]]", sweep_.file.string()));
+    if (sweep_.jobs.empty()) throw Error("{}: has no [[grid]]", sweep_.file.string());
     if (const auto* node = root.get("horizons")) read_horizons(*node);
     return std::move(sweep_);
   }
@@ -119,41 +117,52 @@ class Reader : private TomlValues {
     for (const fs::path& file : files) {
       Scene loaded = load_scene(file);
       const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));
-      if (!is_new) throw Error(fmt::format("{}: another scene is named '{}'", file.string(), entry->first));
+      if (!is_new) throw Error("{}: another scene is named '{}'", file.string(), entry->first);
       const Scene* const scene = &entry->second;
-      const auto around = [](std::string_view name, int usual, int most_eighths) {
-        GridList list{&field_named(name), {}};
-        for (int eighths = 1; eighths <= most_eighths; eighths *= 2)
-          set(list.values.emplace_back(), *list.field, std::to_string(std::max(1, usual * eighths / 8)));
-        return list;
+      // An eighth, a quarter, … of the usual number.
+      const auto eighths_of = [](int usual, int most) {
+        std::vector<int> numbers;
+        for (int eighths = 1; eighths <= most; eighths *= 2)
+          numbers.push_back(std::max(1, usual * eighths / 8));
+        return numbers;
       };
-      const auto list_of = [](std::string_view name, std::initializer_list<const char*> texts) {
+      const auto list_of = [](std::string_view name, const auto& values) {
         GridList list{&field_named(name), {}};
-        for (const char* const text : texts) set(list.values.emplace_back(), *list.field, text);
+        for (const auto value : values)
+          set(list.values.emplace_back(), *list.field, fmt::format("{}", value));
         return list;
       };
       const std::vector<Algorithm> mapped{Algorithm::a3, Algorithm::a5};
       const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
-      const int iterations = usual_settings(*scene, Algorithm::a2).iterations;
+      const std::vector<int> iterations = eighths_of(usual_settings(*scene, Algorithm::a2).iterations, 32);
+      const std::vector<int> many = eighths_of(scene->substeps, 32);
+      const std::vector<int> few = eighths_of(scene->substeps, 8);
       add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
-      add_grid({{scene}, {1}, {around("iterations", iterations, 32)}, {Algorithm::a2}, {}, {}}, false);
-      add_grid({{scene}, {1}, {}, substepping, {}, {around("substeps", scene->substeps, 32)}}, false);
+      add_grid({{scene}, {1}, iterations, {Algorithm::a2}, {}, {}}, false);
+      add_grid({{scene}, {1}, {}, substepping, {}, {list_of("substeps", many)}}, false);
       if (!maps) continue;
-      add_grid({{scene}, {1, 2, 4, 8}, {}, mapped, {}, {around("substeps", scene->substeps, 8)}}, false);
+      add_grid({{scene}, {1, 2, 4, 8}, {}, mapped, {}, {list_of("substeps", few)}}, false);
       add_grid({{scene},
                 {1},
                 {},
                 mapped,
                 {},
-                {list_of("tau", {"0.2", "0.6", "1", "1.4", "1.8"}),
-                 list_of("kappa", {"0.4", "0.7", "1", "1.3", "1.6"})}},
+                {list_of("tau", std::array{0.2, 0.6, 1.0, 1.4, 1.8}),
+                 list_of("kappa", std::array{0.4, 0.7, 1.0, 1.3, 1.6})}},
                false);
     }
     return std::move(sweep_);
   }
 
  private:
-  static bool is_pattern(const std::string& name) { return name.find('*') != std::string::npos; }
+  /// Returns what `action` returns. Its errors get the line of `node`.
+  auto at(const toml::node& node, const auto& action) const {
+    try {
+      return action();
+    } catch (const Error& error) {
+      fail(node, error.what());
+    }
+  }
 
   void read_horizons(const toml::node& node) {
     for (const auto& [key, value] : table_in(node, "horizons")) {
@@ -176,7 +185,7 @@ class Reader : private TomlValues {
   std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
     const fs::path file = (sweep_.file.parent_path() / text(node, key)).lexically_normal();
     const std::string pattern = file.filename().string();
-    if (!is_pattern(pattern)) return {file};
+    if (pattern.find('*') == std::string::npos) return {file};
     std::vector<fs::path> files;
     std::error_code none;
     for (const auto& entry :
@@ -190,13 +199,7 @@ class Reader : private TomlValues {
   }
 
   const Scene& scene_of(const toml::node& node, const fs::path& file) {
-    Scene scene = [&] {
-      try {
-        return load_scene(file);
-      } catch (const Error& error) {
-        fail(node, error.what());
-      }
-    }();
+    Scene scene = at(node, [&] { return load_scene(file); });
     const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
     if (!is_new && entry->second.file != file) {
       fail(node, fmt::format("two scenes are named '{}'", entry->first));
@@ -233,15 +236,15 @@ class Reader : private TomlValues {
     for (const toml::node* const node : divisions)
       grid.divisions.push_back(integer(*node, "divisions", 1, 4096));
     for (const SettingsField& field : settings_fields) {
-      GridList values{&field, {}};
       if (!has_list(field, is_limit)) continue;
+      GridList values{&field, {}};
       for (const toml::node* const node : list(table, field.name)) {
         Settings& one = values.values.emplace_back(default_settings(field.first));
         set_field(one, field, *node);
-        check_at(*node, one);
+        at(*node, [&] { check(one); });
+        if (field.name == "iterations") grid.iterations.push_back(one.iterations);
       }
-      if (values.values.empty()) continue;
-      (field.name == "iterations" ? grid.iterations : grid.lists).push_back(std::move(values));
+      if (!values.values.empty() && field.name != "iterations") grid.lists.push_back(std::move(values));
     }
     if (table.get("scenes") == nullptr) fail(table, "a grid without 'scenes'");
     if (grid.algorithms.empty() && grid.engines.empty()) fail(table, "a grid without 'algorithms'");
@@ -251,19 +254,11 @@ class Reader : private TomlValues {
     return grid;
   }
 
-  void check_at(const toml::node& node, const Settings& settings) const {
-    try {
-      check(settings);
-    } catch (const Error& error) {
-      fail(node, error.what());
-    }
-  }
-
   void read_grid(const toml::table& table, bool is_limit) {
     expect_keys(table, is_limit ? "[[limit]]" : "[[grid]]", keys_of_grid(is_limit));
     const Grid grid = grid_in(table, is_limit);
     for (const Scene* const scene : grid.scenes) {
-      for (const int division : grid.divisions) check_at(table, {.step = scene->step / division});
+      for (const int division : grid.divisions) at(table, [&] { check({.step = scene->step / division}); });
     }
     add_grid(grid, is_limit);
   }
@@ -272,21 +267,19 @@ class Reader : private TomlValues {
     for (const Scene* const scene : grid.scenes) {
       for (const int division : grid.divisions) {
         const SweepJob job{{}, scene->name, {}, {.step = scene->step / division}, division, is_limit};
-        if (grid.iterations.empty()) add_jobs(grid, *scene, job, nullptr);
-        for (const GridList& list : grid.iterations) {
-          for (const Settings& value : list.values) add_jobs(grid, *scene, job, &value.iterations);
-        }
+        if (grid.iterations.empty()) add_jobs(grid, *scene, job, std::nullopt);
+        for (const int iterations : grid.iterations) add_jobs(grid, *scene, job, iterations);
       }
     }
   }
 
-  /// Adds the engines and algorithms of a grid at the step of `job`. `iterations`: null for their defaults.
-  void add_jobs(const Grid& grid, const Scene& scene, const SweepJob& job, const int* iterations) {
+  /// Adds the engines and algorithms of a grid at the step of `job`. `iterations`: absent for their defaults.
+  void add_jobs(const Grid& grid, const Scene& scene, const SweepJob& job, std::optional<int> iterations) {
     for (const std::string& engine : grid.engines) {
       SweepJob other = job;
       other.engine = engine;
       other.settings.substeps = 1;
-      other.settings.iterations = iterations ? *iterations : default_settings(Algorithm::a2).iterations;
+      other.settings.iterations = iterations.value_or(default_settings(Algorithm::a2).iterations);
       add(std::move(other));
     }
     for (const Algorithm algorithm : grid.algorithms) {

@@ -13,6 +13,13 @@
 namespace substep {
 namespace {
 
+/// Returns the largest step of the records, which is the scene's.
+double scene_step(const std::vector<SweepRecord>& records) {
+  double step = 0;
+  for (const SweepRecord& record : records) step = std::max(step, record.settings.step);
+  return step;
+}
+
 /// Groups of a scene's runs that are joined to lines, along which one setting alone varies.
 class Lines {
  public:
@@ -22,9 +29,7 @@ class Lines {
       if (!record.metrics || !record.engine.empty()) continue;
       const Settings& s = record.settings;
       Values& own = values_[s.algorithm];
-      own.iterations.insert(s.iterations);
       own.steps_of[s.iterations].insert(s.step);
-      if (s.step == step_) own.iterations_at_step.insert(s.iterations);
       if (s.joints != Joints::rows) own.substeps.insert(s.substeps);
     }
   }
@@ -46,7 +51,7 @@ class Lines {
     }
     for (const SettingsField& field : settings_fields) {
       if (field.can_be_left_out && !field.is_left_out(s))
-        title += fmt::format(" {}{}", field.symbol, text_of(s, field));
+        title += fmt::format(" {}{}", field.label.symbol, text_of(s, field));
     }
     return title;
   }
@@ -60,27 +65,30 @@ class Lines {
     const Values& own = values_.at(s.algorithm);
     if (s.algorithm == Algorithm::a2) {
       if (is_by_iterations()) return is_at_step ? "" : "another step than the scene's";
-      return own.steps_of.at(s.iterations).size() > 1 || own.iterations.size() == 1
+      return own.steps_of.at(s.iterations).size() > 1 || own.steps_of.size() == 1
                  ? ""
                  : "this m at one step alone";
     }
     if (s.joints == Joints::rows) return "single rows, which 'equal-rows' shows";
-    if (s.iterations != *own.iterations.begin()) return "a line follows n, with the fewest iterations m";
+    if (s.iterations != own.steps_of.begin()->first) return "a line follows n, with the fewest iterations m";
     return is_at_step || own.substeps.size() == 1 ? "" : "another step than the scene's";
   }
 
  private:
   struct Values {
-    std::set<int> iterations, iterations_at_step, substeps;
+    std::set<int> substeps;
     std::map<int, std::set<double>> steps_of;  ///< by the number of iterations
   };
 
   /// True where the line of A2 follows m at the scene's step, instead of the step at each m.
   bool is_by_iterations() const {
     const auto found = values_.find(Algorithm::a2);
-    if (found == values_.end() || found->second.iterations_at_step.size() < 2) return false;
-    return contacts_ || std::ranges::none_of(found->second.steps_of,
-                                             [](const auto& steps) { return steps.second.size() > 1; });
+    if (found == values_.end()) return false;
+    const auto is_at_step = [&](const auto& steps) { return steps.second.contains(step_); };
+    const auto has_several = [](const auto& steps) { return steps.second.size() > 1; };
+    const auto& steps_of = found->second.steps_of;
+    return std::ranges::count_if(steps_of, is_at_step) > 1 &&
+           (contacts_ || std::ranges::none_of(steps_of, has_several));
   }
 
   double step_;
@@ -92,33 +100,6 @@ class Lines {
 bool has_reference(const SweepRecord& record) {
   return record.horizon > 0 || record.divergence_point.empty();
 }
-
-}  // namespace
-
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "lost";
-  if (std::abs(share) < 1e-11) return "rounding";
-  return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100 * share)
-                                 : fmt::format("{:.0f} %", 100 * share);
-}
-
-double scene_step(const std::vector<SweepRecord>& records) {
-  double step = 0;
-  for (const SweepRecord& record : records) step = std::max(step, record.settings.step);
-  return step;
-}
-
-bool has_contacts(const std::vector<SweepRecord>& records) {
-  return std::ranges::any_of(
-      records, [](const SweepRecord& record) { return record.metrics && record.metrics->penetration > 0; });
-}
-
-bool has_joints(const std::vector<SweepRecord>& records) {
-  return std::ranges::any_of(
-      records, [](const SweepRecord& record) { return record.metrics && record.metrics->joint_gap > 0; });
-}
-
-namespace {
 
 std::string name_of(const SweepRecord& record) {
   return record.engine.empty() ? std::string(title_of(record.settings.algorithm)) : record.engine;
@@ -152,7 +133,30 @@ std::vector<RunFamily> all_families(const std::vector<SweepRecord>& records) {
   return families;
 }
 
+bool turns_in_place(const std::vector<SweepRecord>& records) {
+  return std::ranges::all_of(records, [](const SweepRecord& record) {
+    return !record.metrics || !(record.metrics->error.position.rms > 0);
+  });
+}
+
 }  // namespace
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "lost";
+  if (std::abs(share) < 1e-11) return "rounding";
+  return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100 * share)
+                                 : fmt::format("{:.0f} %", 100 * share);
+}
+
+bool has_contacts(const std::vector<SweepRecord>& records) {
+  return std::ranges::any_of(
+      records, [](const SweepRecord& record) { return record.metrics && record.metrics->penetration > 0; });
+}
+
+bool has_joints(const std::vector<SweepRecord>& records) {
+  return std::ranges::any_of(
+      records, [](const SweepRecord& record) { return record.metrics && record.metrics->joint_gap > 0; });
+}
 
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
   std::vector<RunFamily> families = all_families(records);
@@ -215,12 +219,6 @@ std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records) {
     if (std::ranges::find(names, record.scene) == names.end()) names.push_back(record.scene);
   }
   return names;
-}
-
-bool turns_in_place(const std::vector<SweepRecord>& records) {
-  return std::ranges::all_of(records, [](const SweepRecord& record) {
-    return !record.metrics || !(record.metrics->error.position.rms > 0);
-  });
 }
 
 bool exceeds_uncertainty(const SweepRecord& record) {

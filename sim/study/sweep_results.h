@@ -26,7 +26,6 @@ double error_of(const SweepRecord& record);
 double error_or_gap_of(const SweepRecord& record);
 /// Returns the title of error_or_gap_of() for these records of one scene: "RMS error / size" or another.
 std::string error_or_gap_title(const std::vector<SweepRecord>& records);
-bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
 /// (below `smallest_plotted_error`).
 bool exceeds_uncertainty(const SweepRecord& record);
@@ -60,9 +59,6 @@ bool has_joints(const std::vector<SweepRecord>& records);
 /// Returns the runs at the scene's step and τ = κ = 1 of A3 with joints=rows and m = 1, and those of A2, with
 /// any m: the row solves of A3 with n sub-steps are those of A2 with m = n.
 std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
-
-/// Returns the largest step of the records, which is the scene's.
-double scene_step(const std::vector<SweepRecord>& records);
 
 /// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11, where only rounding is
 /// left.

@@ -34,21 +34,19 @@ function turned_collider(collider, turn, moves) {
 /** Gives a solid of revolution the points of a hull, for engines that lack it. */
 function add_hull(collider) {
   const { height, radiusBottom, radiusTop, position, orientation } = collider;
-  const local = [];
-  const ring = (radius, y) => {
-    for (let k = 0; k < 32; ++k) {
-      const angle = (k * Math.PI) / 16;
-      local.push([radius * Math.cos(angle), y, radius * Math.sin(angle)]);
-    }
-  };
-  const rounds = collider.shape === 'cylinder' ? [0] : [-75, -60, -45, -30, -15, 0, 15, 30, 45, 60, 75, 89];
+  const round = [-75, -60, -45, -30, -15, 0, 15, 30, 45, 60, 75, 89];
+  collider.points = [];
   for (const [radius, y, side] of [[radiusBottom, -height / 2, -1], [radiusTop, height / 2, 1]]) {
-    for (const degrees of rounds) {
-      const angle = (degrees * Math.PI) / 180;
-      ring(radius * Math.cos(angle), y + side * (collider.shape === 'cylinder' ? 0 : radius * Math.sin(angle)));
+    for (const degrees of collider.shape === 'cylinder' ? [0] : round) {
+      const latitude = (degrees * Math.PI) / 180;
+      const ring = radius * Math.cos(latitude);
+      for (let k = 0; k < 32; ++k) {
+        const angle = (k * Math.PI) / 16;
+        const point = [ring * Math.cos(angle), y + side * radius * Math.sin(latitude), ring * Math.sin(angle)];
+        collider.points.push(add(position, rotated(orientation, point)));
+      }
     }
   }
-  collider.points = local.map((point) => add(position, rotated(orientation, point)));
 }
 
 /** A joint in terms that engines share: ball, hinge or fixed, at points relative to the bodies' centres. */
@@ -109,13 +107,10 @@ export function combined(one, other, what) {
 /** Bodies with `turn` (their orientation at the start), colliders, joints, and which pairs meet. */
 function in_world_axes(scene) {
   if (scene.format !== 'substep scene 1') throw new Error(`this adapter reads "substep scene 1", not "${scene.format}"`);
+  const still = { linearVelocity: [0, 0, 0], angularVelocity: [0, 0, 0] };
+  Object.assign(scene.bodies[0], { position: [0, 0, 0], orientation: [1, 0, 0, 0], kind: 'static', ...still });
   scene.bodies.forEach((body, index) => {
     body.index = index;
-    body.position ??= [0, 0, 0];
-    body.orientation ??= [1, 0, 0, 0];
-    body.linearVelocity ??= [0, 0, 0];
-    body.angularVelocity ??= [0, 0, 0];
-    body.kind ??= 'static';
     if (body.kind === 'pivoting') throw new Refusal(`${body.name} has an infinite mass and a finite inertia`);
     if (body.kind === 'kinematic' && [...body.linearVelocity, ...body.angularVelocity].every((v) => v === 0)) {
       body.kind = 'static';

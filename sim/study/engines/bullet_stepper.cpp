@@ -121,9 +121,8 @@ class BulletStepper final : public Stepper {
     const bool is_world = collider.body == world_body;
     Pose placement = collider.placement;
     btCollisionShape* shape = nullptr;
-    if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
-      shape = keep(std::make_unique<btBoxShape>(vector(polytope->box->half_size)));
-      placement = placement * polytope->box->pose;
+    if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->half_box) {
+      shape = keep(std::make_unique<btBoxShape>(vector(*polytope->half_box)));
     } else if (polytope) {
       auto hull = std::make_unique<btConvexHullShape>();
       for (const Vector3& vertex : polytope->vertices) hull->addPoint(vector(vertex), false);
@@ -231,12 +230,9 @@ class BulletStepper final : public Stepper {
 
 }  // namespace
 
-Stepper* bullet_sequential_impulse(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<BulletStepper>(scene, shared, settings, false).release();
-}
-
-Stepper* bullet_dantzig(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<BulletStepper>(scene, shared, settings, true).release();
+Stepper* make_engine_stepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                             const std::string& solver) {
+  return std::make_unique<BulletStepper>(scene, shared, settings, solver == "Dantzig").release();
 }
 
 }  // namespace substep

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <optional>
 #include <system_error>
 #include <thread>
@@ -28,7 +27,7 @@ class RunFolder {
  public:
   RunFolder() {
     std::string name = (fs::temp_directory_path() / "substep-run-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Error(fmt::format("{}: no folder can be made", name));
+    if (mkdtemp(name.data()) == nullptr) throw Error("{}: no folder can be made", name);
     path_ = name;
   }
   ~RunFolder() {
@@ -66,14 +65,13 @@ void run_program(const Command& words, double time_limit) {
     process.emplace(
         words, ChildProcess::Streams{ChildProcess::nowhere, ChildProcess::nowhere, messages.descriptor()});
   } catch (const std::system_error& error) {
-    throw Error(fmt::format("{} cannot be started: {}", words.front(), error.code().message()));
+    throw Error("{} cannot be started: {}", words.front(), error.code().message());
   }
   const auto start = std::chrono::steady_clock::now();
   std::optional<bool> succeeded;
   while (!(succeeded = process->ended())) {
-    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > time_limit) {
-      throw Error(fmt::format("{} has not ended after {:g} s", words.front(), time_limit));
-    }
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > time_limit)
+      throw Error("{} has not ended after {:g} s", words.front(), time_limit);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   if (*succeeded) return;
@@ -81,8 +79,8 @@ void run_program(const Command& words, double time_limit) {
   const int code = process->exit_code();
   // Report only the line of a simulator that refuses, with code 3.
   if (code == 3 && !line.empty()) throw Error(line);
-  throw Error(fmt::format("{} ended with {} {}{}{}", words.front(), code < 0 ? "signal" : "exit code",
-                          std::abs(code), line.empty() ? "" : ": ", line));
+  throw Error("{} ended with {} {}{}{}", words.front(), code < 0 ? "signal" : "exit code", std::abs(code),
+              line.empty() ? "" : ": ", line);
 }
 
 }  // namespace
@@ -119,8 +117,7 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
     replace(word, "{poses}", poses.string());
   }
   if (!has_poses) {
-    throw Error(fmt::format("command '{}': {{poses}} must stand for the table that it writes",
-                            fmt::join(command, " ")));
+    throw Error("command '{}': {{poses}} must stand for the table that it writes", fmt::join(command, " "));
   }
   // Replace invalid UTF-8, since names come from files in any encoding.
   constexpr auto replaced = Json::error_handler_t::replace;
@@ -132,7 +129,7 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
                                                .dump());
   run_program(words, time_limit);
   std::error_code ignored;
-  if (!fs::is_regular_file(poses, ignored)) throw Error(fmt::format("{} wrote no poses", words.front()));
+  if (!fs::is_regular_file(poses, ignored)) throw Error("{} wrote no poses", words.front());
   return read_pose_table(poses, scene, settings.step);
 }
 

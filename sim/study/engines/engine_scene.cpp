@@ -15,36 +15,30 @@ bool is_fixed(const Body& body) {
   return body.inverse_mass == 0;
 }
 
-void check(const Body& body, const EngineAbilities& abilities) {
+void check(const Body& body, bool has_filters_and_motion) {
   if (is_fixed(body)) {
     const bool moves = !body.linear_velocity.isZero() || !body.angular_velocity.isZero();
-    if (moves && !abilities.moving_bodies) {
-      throw Error(fmt::format("{} is a kinematic body that moves", body.name));
-    }
+    if (moves && !has_filters_and_motion) throw Error("{} is a kinematic body that moves", body.name);
     return;
   }
-  if (!(body.inverse_inertia.minCoeff() > 0)) {
-    throw Error(fmt::format("{} has an infinite moment of inertia", body.name));
-  }
-  if (body.gravity_factor != 1) throw Error(fmt::format("{} has a gravity of its own", body.name));
+  if (!(body.inverse_inertia.minCoeff() > 0)) throw Error("{} has an infinite moment of inertia", body.name);
+  if (body.gravity_factor != 1) throw Error("{} has a gravity of its own", body.name);
 }
 
-EngineJoint engine_joint(const Scene& scene, const Joint& joint, const EngineAbilities& abilities) {
-  if (!joint.drives.empty()) throw Error(fmt::format("joint {} has a drive", joint.name));
+EngineJoint engine_joint(const Scene& scene, const Joint& joint, bool has_filters_and_motion) {
+  if (!joint.drives.empty()) throw Error("joint {} has a drive", joint.name);
   std::array<bool, 3> linear{};
   std::array<bool, 3> angular{};
   for (const JointLimit& limit : joint.limits) {
-    if (limit.min != 0 || limit.max != 0 || limit.stiffness) {
-      throw Error(fmt::format("joint {} has a limit or a spring", joint.name));
-    }
+    if (limit.min != 0 || limit.max != 0 || limit.stiffness)
+      throw Error("joint {} has a limit or a spring", joint.name);
     for (int axis = 0; axis < 3; ++axis) {
       if (limit.axes[axis]) (limit.angular ? angular : linear)[axis] = true;
     }
   }
   const auto locked = std::ranges::count(angular, true);
-  if (std::ranges::count(linear, true) != 3 || (locked != 0 && locked != 2 && locked != 3)) {
-    throw Error(fmt::format("joint {} is no ball joint, hinge or fixed joint", joint.name));
-  }
+  if (std::ranges::count(linear, true) != 3 || (locked != 0 && locked != 2 && locked != 3))
+    throw Error("joint {} is no ball joint, hinge or fixed joint", joint.name);
   EngineJoint result{locked == 0   ? EngineJoint::Kind::ball
                      : locked == 2 ? EngineJoint::Kind::hinge
                                    : EngineJoint::Kind::fixed,
@@ -65,10 +59,9 @@ EngineJoint engine_joint(const Scene& scene, const Joint& joint, const EngineAbi
     std::swap(result.anchor_a, result.anchor_b);
     std::swap(result.axis_a, result.axis_b);
   }
-  if (is_held(result.a)) throw Error(fmt::format("joint {} holds nothing that moves", joint.name));
-  if (result.b != world_body && is_fixed(scene.bodies[result.b]) && !abilities.moving_bodies) {
-    throw Error(fmt::format("joint {} hangs on a kinematic body", joint.name));
-  }
+  if (is_held(result.a)) throw Error("joint {} holds nothing that moves", joint.name);
+  if (result.b != world_body && is_fixed(scene.bodies[result.b]) && !has_filters_and_motion)
+    throw Error("joint {} hangs on a kinematic body", joint.name);
   return result;
 }
 
@@ -117,15 +110,16 @@ std::set<std::pair<int, int>> pairs_apart(const Scene& scene) {
 
 }  // namespace
 
-EngineScene engine_scene(const Scene& scene, const EngineAbilities& abilities) {
+EngineScene engine_scene(const Scene& scene, bool has_filters_and_motion) {
   EngineScene result;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) check(scene.bodies[i], abilities);
-  for (const Joint& joint : scene.joints) result.joints.push_back(engine_joint(scene, joint, abilities));
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) check(scene.bodies[i], has_filters_and_motion);
+  for (const Joint& joint : scene.joints)
+    result.joints.push_back(engine_joint(scene, joint, has_filters_and_motion));
   result.has_contacts = build_model(scene).contacts;
   if (!result.has_contacts) return result;
   for (const Joint& joint : scene.joints) {
-    if (joint.enable_collision && !abilities.filters)
-      throw Error(fmt::format("joint {} lets its bodies collide", joint.name));
+    if (joint.enable_collision && !has_filters_and_motion)
+      throw Error("joint {} lets its bodies collide", joint.name);
   }
   const ContactMaterial& first = scene.colliders.front().material;
   for (const Collider& collider : scene.colliders) {
@@ -136,9 +130,9 @@ EngineScene engine_scene(const Scene& scene, const EngineAbilities& abilities) {
         material.friction_combine == Combine::multiply) {
       throw Error("there is more than one coefficient of friction");
     }
-    if (has_filter(collider) && !abilities.filters) throw Error("there are collision filters");
+    if (has_filter(collider) && !has_filters_and_motion) throw Error("there are collision filters");
   }
-  if (abilities.filters) result.apart = pairs_apart(scene);
+  if (has_filters_and_motion) result.apart = pairs_apart(scene);
   result.friction = first.dynamic_friction;
   return result;
 }

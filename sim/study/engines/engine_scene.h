@@ -5,6 +5,7 @@
 /// that an engine is loaded when it is asked for and the program runs where it is not installed.
 
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,8 +28,8 @@ struct EngineScene {
   std::vector<EngineJoint> joints;
   double friction = 0;        ///< of all colliders
   bool has_contacts = false;  ///< whether any two colliders can meet
-  /// Pairs of units that do not meet, the lower first. A unit is a body, or a collider of the world
-  /// (unit_of()).
+  /// Pairs of units that do not meet, the lower first; empty where the engine has no filters. A unit is a
+  /// body, or a collider of the world (unit_of()).
   std::set<std::pair<int, int>> apart;
 };
 
@@ -38,37 +39,20 @@ inline int unit_of(const Scene& scene, int collider) {
   return body != world_body ? body : static_cast<int>(scene.bodies.size()) + collider;
 }
 
-/// Abilities of an engine's adapter beyond the terms that all share.
-struct EngineAbilities {
-  bool filters = false;        ///< collision filters, as EngineScene::apart
-  bool moving_bodies = false;  ///< kinematic bodies that move, with joints on them
-};
-
 /// Throws Error with what cannot be represented: limits, drives, springs, restitution, several frictions,
-/// infinite moments; and what the abilities lack.
-EngineScene engine_scene(const Scene& scene, const EngineAbilities& abilities = {});
+/// infinite moments; and, unless `has_filters_and_motion`, collision filters and kinematic bodies that move.
+EngineScene engine_scene(const Scene& scene, bool has_filters_and_motion);
 
-/// Makes a stepper that the caller owns. Functions are found by name, so they have C linkage and return no
-/// unique_ptr. They throw Error where the engine cannot do the scene.
-using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings);
+using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                                   const std::string& solver);
 
-extern "C" {
-
-/// ODE's direct solver (Dantzig), its defaults otherwise.
-MakeEngineStepper ode_world_step;
-/// ODE's projected successive over-relaxation, `settings.iterations` sweeps.
-MakeEngineStepper ode_quick_step;
-
-/// Bullet's sequential impulses, `settings.iterations` sweeps, warm starting and split impulse as it ships
-/// them.
-MakeEngineStepper bullet_sequential_impulse;
-/// Bullet's direct solver (Dantzig).
-MakeEngineStepper bullet_dantzig;
-
-/// MuJoCo: reduced coordinates, soft contacts, its default solver; semi-implicit Euler, or Runge–Kutta of
-/// fourth order.
-MakeEngineStepper mujoco_euler;
-MakeEngineStepper mujoco_runge_kutta;
-}
+/// Makes a stepper that the caller owns. Each module has this function, which is found by its name, so that
+/// it has C linkage and returns no unique_ptr. Throws Error where the engine cannot do the scene. The solvers
+/// are
+/// - of ODE: "step", the direct one (Dantzig), or "QuickStep", projected successive over-relaxation;
+/// - of Bullet: "SI", sequential impulses with warm starting and split impulse as shipped, or "Dantzig";
+/// - of MuJoCo, in reduced coordinates with soft contacts, an integrator: "Euler" or "RK4".
+/// QuickStep and SI make `settings.iterations` sweeps.
+extern "C" MakeEngineStepper make_engine_stepper;
 
 }  // namespace substep

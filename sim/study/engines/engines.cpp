@@ -3,80 +3,13 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <mutex>
-#include <sstream>
+#include <algorithm>
 
 #include "sim/error.h"
-#include "sim/measure/stepper.h"
 #include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 namespace {
-
-/// A uniform rod of 1 m, 1 kg, on a hinge at its end, level and at rest.
-Scene pendulum() {
-  Scene scene;
-  scene.name = "pendulum";
-  scene.duration = 1;
-  scene.bodies.resize(2);
-  Body& rod = scene.bodies[1];
-  rod.name = "rod";
-  rod.inverse_mass = 1;
-  rod.inverse_inertia = {5000, 12, 12};
-  rod.pose.position = {0.5, 0, 0};
-  Joint hinge;
-  hinge.name = "hinge";
-  hinge.body_a = 1;
-  hinge.frame_a.position = {-0.5, 0, 0};
-  hinge.limits.resize(2);
-  hinge.limits[0].axes = {true, true, true};
-  hinge.limits[1].angular = true;
-  hinge.limits[1].axes = {true, true, false};
-  for (JointLimit& limit : hinge.limits) limit.min = limit.max = 0;
-  scene.joints.push_back(hinge);
-  return scene;
-}
-
-/// Returns why an engine's pendulum is wrong; empty: it is right. A quarter of the period is known in closed
-/// form.
-std::string fault_of(const MakeStepper& make, double step) {
-  constexpr double quarter = 1.93333485 / 4;
-  Settings settings;
-  settings.step = step;
-  const auto stepper = make(pendulum(), settings);
-  double time = 0;
-  double before = 0.5;
-  while (time < 1 && stepper->step()) {
-    time += settings.step;
-    const double x = stepper->state().q[1].linear.x();
-    if (x <= 0) {
-      time -= settings.step * x / (x - before);
-      break;
-    }
-    before = x;
-  }
-  const double error = std::abs(time / quarter - 1);
-  if (error < 0.01) return "";
-  return fmt::format("its pendulum's quarter period is {:.4f} s, {:.4f} s in closed form", time, quarter);
-}
-
-/// Returns a maker that refuses every scene where the engine fails the pendulum at a step.
-MakeStepper checked(MakeStepper make, double step = 1.0 / 2000) {
-  struct Check {
-    std::once_flag once;
-    std::string fault;
-  };
-  return [make = std::move(make), step, check = std::make_shared<Check>()](const Scene& scene,
-                                                                           const Settings& settings) {
-    std::call_once(check->once, [&] { check->fault = fault_of(make, step); });
-    if (!check->fault.empty()) throw Error(check->fault);
-    return make(scene, settings);
-  };
-}
 
 /// A library that some engines come from.
 struct Library {
@@ -89,44 +22,29 @@ struct Library {
 [[maybe_unused]] constexpr Library ode{"ODE", "substep_ode.so", "libode8"};
 [[maybe_unused]] constexpr Library mujoco{"MuJoCo", "substep_mujoco.so", "libmujoco2.2.2"};
 
-/// The module's function; the module stays loaded. Throws Error where the engine is not installed.
-MakeEngineStepper* find(const Library& library, const char* function) {
+/// Returns the module's make_engine_stepper(); the module stays loaded. Throws Error where the engine is not
+/// installed.
+MakeEngineStepper* find(const Library& library) {
   // The engines' own symbols stay apart from each other and from ours.
   void* const module = dlopen(library.module, RTLD_NOW | RTLD_LOCAL);
-  void* const found = module == nullptr ? nullptr : dlsym(module, function);
+  void* const found = module == nullptr ? nullptr : dlsym(module, "make_engine_stepper");
   if (found == nullptr) {
     const std::string reason = dlerror();
-    throw Error(fmt::format("{} is not installed: on Debian 12, apt-get install {} ({})", library.name,
-                            library.package, reason));
+    throw Error("{} is not installed: on Debian 12, apt-get install {} ({})", library.name, library.package,
+                reason);
   }
   return reinterpret_cast<MakeEngineStepper*>(found);
 }
 
 /// Returns a maker that loads the engine on first use. Builds without engines leave it unused.
-[[maybe_unused]] MakeStepper loaded(const Library& library, const char* function,
-                                    const EngineAbilities& abilities = {}) {
-  return checked([&library, function, abilities](const Scene& scene, const Settings& settings) {
-    MakeEngineStepper* const make = find(library, function);
-    return std::unique_ptr<Stepper>(make(scene, engine_scene(scene, abilities), settings));
-  });
+[[maybe_unused]] MakeStepper loaded(const Library& library, const char* solver,
+                                    bool has_filters_and_motion = false) {
+  return [&library, solver, has_filters_and_motion](const Scene& scene, const Settings& settings) {
+    MakeEngineStepper* const make = find(library);
+    return std::unique_ptr<Stepper>(
+        make(scene, engine_scene(scene, has_filters_and_motion), settings, solver));
+  };
 }
-
-/// An engine on npm: its adapter runs under Node.
-struct NodeEngine {
-  const char* name;
-  const char* label;
-  const char* settings;
-  const char* adapter;
-  const char* package;
-  bool has_iterations;
-};
-constexpr std::array<NodeEngine, 3> node_engines{
-    {{"rapier", "Rapier 0.21", "solver iterations, all else as it ships", "rapier.mjs",
-      "@dimforge/rapier3d-compat", true},
-     {"jolt", "Jolt 1.1", "velocity steps, no damping, all else as it ships", "jolt.mjs", "jolt-physics",
-      true},
-     {"mujoco3", "MuJoCo 3.14", "Euler, reduced coordinates, soft contacts, all as it ships", "mujoco3.mjs",
-      "@mujoco/mujoco", false}}};
 
 /// Returns the folder of the adapters: the installed program's, or the source's.
 std::filesystem::path adapters() {
@@ -137,29 +55,18 @@ std::filesystem::path adapters() {
   return SUBSTEP_ADAPTERS;
 }
 
-bool is_in_path(const char* program) {
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  std::error_code ignored;
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (std::filesystem::exists(std::filesystem::path(folder) / program, ignored)) return true;
-  }
-  return false;
-}
-
-/// Returns a maker that runs the engine's adapter.
-MakeStepper under_node(const NodeEngine& engine) {
-  return checked(
-      [&engine](const Scene& scene, const Settings& settings) {
-        const std::filesystem::path folder = adapters();
-        if (!is_in_path("node") || !std::filesystem::exists(folder / "node_modules" / engine.package)) {
-          throw Error(fmt::format("{} is not installed: with Node 18 or later, npm ci --prefix {}",
-                                  engine.label, folder.string()));
-        }
-        const Command command{"node", (folder / engine.adapter).string(), "{scene}", "{settings}", "{poses}"};
-        return recorded_stepper(run_command(command, scene, settings));
-      },
-      1.0 / 500);
+/// Returns an engine on npm, whose adapter "NAME.mjs" runs under Node.
+Engine node_engine(const char* name, const char* label, const char* settings, const char* package,
+                   bool has_iterations) {
+  const MakeStepper make = [=](const Scene& scene, const Settings& given) {
+    const std::filesystem::path folder = adapters();
+    if (!std::filesystem::exists(folder / "node_modules" / package)) {
+      throw Error("{} is not installed: with Node 18 or later, npm ci --prefix {}", label, folder.string());
+    }
+    const std::string adapter = (folder / fmt::format("{}.mjs", name)).string();
+    return recorded_stepper(run_command({"node", adapter, "{scene}", "{settings}", "{poses}"}, scene, given));
+  };
+  return {name, label, settings, false, make, has_iterations, true};
 }
 
 std::vector<Engine> built() {
@@ -170,35 +77,37 @@ std::vector<Engine> built() {
          fmt::format(
              "the accurate mode: constraints at acceleration level, {}, projected back after each step",
              order == 4 ? "Runge-Kutta" : "extrapolated midpoint rule"),
-         true, checked([order](const Scene& scene, const Settings& settings) {
+         true, [order](const Scene& scene, const Settings& settings) {
            return reference_stepper(scene, settings.step, order);
-         })});
+         }});
   }
 #ifdef SUBSTEP_BULLET_VERSION
-  constexpr EngineAbilities all_of_it{.filters = true, .moving_bodies = true};
   all.push_back({"bullet-si", "Bullet " SUBSTEP_BULLET_VERSION " SI",
-                 "warm starting, split impulse, ERP 0.2 as it ships", false,
-                 loaded(bullet, "bullet_sequential_impulse", all_of_it), true});
+                 "warm starting, split impulse, ERP 0.2 as it ships", false, loaded(bullet, "SI", true),
+                 true});
   all.push_back({"bullet-dantzig", "Bullet " SUBSTEP_BULLET_VERSION " Dantzig", "MLCP by Dantzig's method",
-                 false, loaded(bullet, "bullet_dantzig", all_of_it)});
+                 false, loaded(bullet, "Dantzig", true)});
 #endif
 #ifdef SUBSTEP_ODE_VERSION
   all.push_back({"ode-step", "ODE " SUBSTEP_ODE_VERSION " dWorldStep", "ERP 0.2, CFM as it ships", false,
-                 loaded(ode, "ode_world_step")});
+                 loaded(ode, "step")});
   all.push_back({"ode-quickstep", "ODE " SUBSTEP_ODE_VERSION " QuickStep", "ERP 0.2, CFM as it ships", false,
-                 loaded(ode, "ode_quick_step"), true});
+                 loaded(ode, "QuickStep"), true});
 #endif
 #ifdef SUBSTEP_MUJOCO_VERSION
   all.push_back({"mujoco-euler", "MuJoCo " SUBSTEP_MUJOCO_VERSION " Euler",
-                 "reduced coordinates, soft contacts as it ships", false, loaded(mujoco, "mujoco_euler")});
+                 "reduced coordinates, soft contacts as it ships", false, loaded(mujoco, "Euler")});
   all.push_back({"mujoco-rk4", "MuJoCo " SUBSTEP_MUJOCO_VERSION " RK4",
                  "reduced coordinates, Runge-Kutta, soft contacts as it ships", false,
-                 loaded(mujoco, "mujoco_runge_kutta")});
+                 loaded(mujoco, "RK4")});
 #endif
-  for (const NodeEngine& engine : node_engines) {
-    all.push_back(
-        {engine.name, engine.label, engine.settings, false, under_node(engine), engine.has_iterations, true});
-  }
+  all.push_back(node_engine("rapier", "Rapier 0.21", "solver iterations, all else as it ships",
+                            "@dimforge/rapier3d-compat", true));
+  all.push_back(node_engine("jolt", "Jolt 1.1", "velocity steps, no damping, all else as it ships",
+                            "jolt-physics", true));
+  all.push_back(node_engine("mujoco3", "MuJoCo 3.14",
+                            "Euler, reduced coordinates, soft contacts, all as it ships", "@mujoco/mujoco",
+                            false));
   return all;
 }
 

@@ -138,14 +138,12 @@ class Model {
   }
 }
 
-/** The parts of MuJoCo's velocities that each joint has. */
-function start_velocities(links) {
-  return links.flatMap(({ body, parent, joint }) => {
-    if (!joint) return [...body.linearVelocity, ...body.angularVelocity];
-    const spin = subtract(body.angularVelocity, parent.angularVelocity);
-    if (joint.kind === 'ball') return spin;
-    return joint.kind === 'hinge' ? [dot(spin, joint.axis) * (joint.b === body ? 1 : -1)] : [];
-  });
+/** The velocities of a link's joint at the start, as MuJoCo has them. */
+function start_velocities({ body, parent, joint }) {
+  if (!joint) return [...body.linearVelocity, ...body.angularVelocity];
+  const spin = subtract(body.angularVelocity, parent.angularVelocity);
+  if (joint.kind === 'ball') return spin;
+  return joint.kind === 'hinge' ? [dot(spin, joint.axis) * (joint.b === body ? 1 : -1)] : [];
 }
 
 const mujoco = await loadMujoco();
@@ -158,12 +156,12 @@ await simulate((scene, settings) => {
     throw new Refusal(`MuJoCo refuses it: ${error.message ?? mujoco.getExceptionMessage?.(error) ?? error}`);
   }
   const data = new mujoco.MjData(model);
-  const id = (body) => mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY.value, `b${body.index}`);
+  const ids = new Map();
   for (const link of made.links) {
-    const first = model.body_dofadr[id(link.body)];
-    start_velocities([link]).forEach((value, k) => { data.qvel[first + k] = value; });
+    const id = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY.value, `b${link.body.index}`);
+    start_velocities(link).forEach((value, k) => { data.qvel[model.body_dofadr[id] + k] = value; });
+    ids.set(link.body, id);
   }
-  const ids = new Map(made.links.map(({ body }) => [body, id(body)]));
   mujoco.mj_forward(model, data);
   const velocity = new mujoco.DoubleBuffer(6);
   return {

@@ -65,13 +65,6 @@ Vector3 axis_of_body(const EngineLink& link) {
   return link.is_a ? link.joint->axis_a : link.joint->axis_b;
 }
 
-/// Returns the angular velocity of the link's body relative to its parent at the start, in the body's frame.
-Vector3 relative_spin(const Scene& scene, const EngineLink& link) {
-  const Body& body = scene.bodies[link.body];
-  const Vector3 relative = body.angular_velocity - scene.bodies[link.parent].angular_velocity;
-  return body.pose.orientation.conjugate() * relative;
-}
-
 std::string numbers(const Vector3& v) {
   return fmt::format("{} {} {}", v.x(), v.y(), v.z());
 }
@@ -85,7 +78,8 @@ std::string placed(const Pose& pose) {
 /// A writer of the scene as MuJoCo XML. Body i is named "b<i>".
 class MujocoText {
  public:
-  MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings, const char* integrator)
+  MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings,
+             const std::string& integrator)
       : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints, closing_)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     text_ = fmt::format(
@@ -115,9 +109,8 @@ class MujocoText {
       // Capsules lie along z, a plane's normal is z.
       const Quaternion y_to_z(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
       std::string shape;
-      if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
-        shape = fmt::format("box\" size=\"{}\"", numbers(polytope->box->half_size));
-        placement = placement * polytope->box->pose;
+      if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->half_box) {
+        shape = fmt::format("box\" size=\"{}\"", numbers(*polytope->half_box));
       } else if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
         shape = fmt::format("sphere\" size=\"{}\"", sphere->radius);
       } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
@@ -180,7 +173,7 @@ class MujocoText {
 class MujocoStepper final : public Stepper {
  public:
   MujocoStepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
-                const char* integrator)
+                const std::string& integrator)
       : state_(initial_state(scene)) {
     const MujocoText text(scene, shared, settings, integrator);
     load(text.text());
@@ -232,7 +225,7 @@ class MujocoStepper final : public Stepper {
     char message[1000] = "";
     model_ = mj_loadXML("scene.xml", &files, message, sizeof message);
     mj_deleteVFS(&files);
-    if (!model_) throw Error(fmt::format("MuJoCo refuses it: {}", message));
+    if (!model_) throw Error("MuJoCo refuses it: {}", message);
   }
 
   void start(const Scene& scene, const EngineLink& link, int id) {
@@ -240,7 +233,9 @@ class MujocoStepper final : public Stepper {
     const int degrees = model_->body_dofadr[id];
     if (degrees < 0) return;
     mjtNum* const v = data_->qvel + degrees;
-    const Vector3 spin = relative_spin(scene, link);
+    // Relative to the parent, in the body's frame.
+    const Vector3 relative = body.angular_velocity - scene.bodies[link.parent].angular_velocity;
+    const Vector3 spin = body.pose.orientation.conjugate() * relative;
     if (!link.joint) {
       for (int k = 0; k < 3; ++k) v[k] = body.linear_velocity[k];
       for (int k = 0; k < 3; ++k) v[3 + k] = spin[k];
@@ -260,12 +255,9 @@ class MujocoStepper final : public Stepper {
 
 }  // namespace
 
-Stepper* mujoco_euler(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<MujocoStepper>(scene, shared, settings, "Euler").release();
-}
-
-Stepper* mujoco_runge_kutta(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<MujocoStepper>(scene, shared, settings, "RK4").release();
+Stepper* make_engine_stepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                             const std::string& solver) {
+  return std::make_unique<MujocoStepper>(scene, shared, settings, solver).release();
 }
 
 }  // namespace substep

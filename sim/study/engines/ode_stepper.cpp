@@ -107,10 +107,9 @@ class OdeStepper final : public Stepper {
     // ODE's capsules and cylinders lie along z.
     const Quaternion y_to_z(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
     dGeomID geometry = nullptr;
-    if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
-      const Vector3 size = 2 * polytope->box->half_size;
+    if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->half_box) {
+      const Vector3 size = 2 * *polytope->half_box;
       geometry = dCreateBox(space_, size.x(), size.y(), size.z());
-      placement = placement * polytope->box->pose;
     } else if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
       geometry = dCreateSphere(space_, sphere->radius);
     } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
@@ -190,12 +189,9 @@ class OdeStepper final : public Stepper {
 
 }  // namespace
 
-Stepper* ode_world_step(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<OdeStepper>(scene, shared, settings, false).release();
-}
-
-Stepper* ode_quick_step(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<OdeStepper>(scene, shared, settings, true).release();
+Stepper* make_engine_stepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                             const std::string& solver) {
+  return std::make_unique<OdeStepper>(scene, shared, settings, solver == "QuickStep").release();
 }
 
 }  // namespace substep
