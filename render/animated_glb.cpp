@@ -41,90 +41,95 @@ class BodyMeshes {
   BodyMeshes(GlbWriter& writer, const Scene& scene)
       : writer_(writer), scene_(scene), mesh_(gather_body_mesh(scene)) {}
 
-  const BodyMesh& gathered() const { return mesh_; }
+  const std::vector<Part>& parts() const { return mesh_.parts; }
 
   /// Returns the index of a mesh, −1 without primitives.
-  int add(const std::vector<Primitive>& primitives);
+  int add(const std::vector<Primitive>& primitives) {
+    if (primitives.empty()) return -1;
+    const auto [known, is_new] = known_.try_emplace(primitives, 0);
+    if (!is_new) return known->second;
+    Json list = Json::array();
+    for (const Primitive& primitive : primitives) {
+      Json accessors;
+      for (std::size_t i = 0; i < attributes.size(); ++i) {
+        const auto& [name, width] = attributes[i];
+        if (primitive.values[i].empty()) continue;
+        accessors[name] = writer_.add_floats(primitive.values[i], width, i == position, true);
+      }
+      list.push_back({{"attributes", std::move(accessors)},
+                      {"indices", writer_.add_indices(primitive.indices)},
+                      {"material", primitive.material}});
+    }
+    known->second = writer_.add("meshes", {{"primitives", std::move(list)}});
+    return known->second;
+  }
 
   /// Returns the index of a material with a colour and a finish.
-  int add_plain(const Vertex& vertex);
+  int add_plain(const Vertex& vertex) {
+    Surface surface;
+    std::ranges::copy(vertex.color, surface.base_color.begin());
+    surface.metallic = vertex.metallic;
+    surface.roughness = vertex.roughness;
+    return writer_.add_material(surface, scene_);
+  }
 
+  /// Returns the primitives of a body: with looks one for each part, else one for each colour and finish.
   std::vector<Primitive> primitives_of(std::size_t body) {
-    return mesh_.pieces.empty() ? plain_primitives(body) : textured_primitives(body);
+    std::vector<Primitive> list;
+    std::map<std::tuple<std::array<float, 3>, float, float>, Primitive> plain;
+    for (std::size_t i = 0; i < mesh_.parts.size(); ++i) {
+      const Part& part = mesh_.parts[i];
+      if (part.body != static_cast<int>(body) || part.begin == part.end) continue;
+      const auto begin = mesh_.indices.begin();
+      if (!mesh_.looks.empty()) {
+        Primitive& primitive = list.emplace_back();
+        primitive.material = writer_.add_material(mesh_.surfaces[i], scene_);
+        primitive.indices.assign(begin + part.begin, begin + part.end);
+        take_vertices(primitive);
+        remove_unused_values(primitive, mesh_.surfaces[i]);
+        continue;
+      }
+      const Vertex& vertex = mesh_.vertices[mesh_.indices[part.begin]];
+      Primitive& primitive = plain[{vertex.color, vertex.metallic, vertex.roughness}];
+      primitive.material = add_plain(vertex);
+      primitive.indices.insert(primitive.indices.end(), begin + part.begin, begin + part.end);
+    }
+    for (auto& [key, primitive] : plain) take_vertices(list.emplace_back(std::move(primitive)));
+    return list;
   }
 
  private:
-  void add_vertex(std::uint32_t index, Primitive& primitive) const;
-  void take_vertices(Primitive& primitive) const;
-  std::vector<Primitive> plain_primitives(std::size_t body);
-  std::vector<Primitive> textured_primitives(std::size_t body);
-
-  GlbWriter& writer_;
-  const Scene& scene_;
-  BodyMesh mesh_;
-  std::map<std::vector<Primitive>, int> known_;
-};
-
-int BodyMeshes::add_plain(const Vertex& vertex) {
-  Surface surface;
-  std::ranges::copy(vertex.color, surface.base_color.begin());
-  surface.metallic = vertex.metallic;
-  surface.roughness = vertex.roughness;
-  return writer_.add_material(surface, scene_);
-}
-
-void BodyMeshes::add_vertex(std::uint32_t index, Primitive& primitive) const {
-  const auto append = [&](Attribute attribute, auto begin) {
-    std::copy_n(begin, attributes[attribute].second, std::back_inserter(primitive.values[attribute]));
-  };
-  const Vertex& vertex = mesh_.vertices[index];
-  append(position, vertex.position.begin());
-  const Vector3 given(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
-  const Eigen::Vector3f unit =
-      (given.norm() > 1e-6 ? Vector3(given.normalized()) : Vector3(Vector3::UnitY())).cast<float>();
-  append(normal, unit.begin());
-  if (mesh_.looks.empty()) return;
-  const LookVertex& look = mesh_.looks[index];
-  append(coordinates, look.coordinates.begin());
-  append(other_coordinates, look.coordinates.begin() + 2);
-  append(color, look.color.begin());
-  append(tangent, look.tangent.begin());
-}
-
-/// Copies the vertices of a primitive whose indices are the gathered mesh's, and numbers them anew.
-void BodyMeshes::take_vertices(Primitive& primitive) const {
-  std::map<std::uint32_t, std::uint32_t> renumbered;
-  for (std::uint32_t& index : primitive.indices) {
-    const auto [entry, is_new] = renumbered.try_emplace(index, static_cast<std::uint32_t>(renumbered.size()));
-    if (is_new) add_vertex(index, primitive);
-    index = entry->second;
+  void add_vertex(std::uint32_t index, Primitive& primitive) const {
+    const auto append = [&](Attribute attribute, auto begin) {
+      std::copy_n(begin, attributes[attribute].second, std::back_inserter(primitive.values[attribute]));
+    };
+    const Vertex& vertex = mesh_.vertices[index];
+    append(position, vertex.position.begin());
+    const Vector3 given(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+    const Eigen::Vector3f unit =
+        (given.norm() > 1e-6 ? Vector3(given.normalized()) : Vector3(Vector3::UnitY())).cast<float>();
+    append(normal, unit.begin());
+    if (mesh_.looks.empty()) return;
+    const LookVertex& look = mesh_.looks[index];
+    append(coordinates, look.coordinates.begin());
+    append(other_coordinates, look.coordinates.begin() + 2);
+    append(color, look.color.begin());
+    append(tangent, look.tangent.begin());
   }
-}
 
-std::vector<Primitive> BodyMeshes::plain_primitives(std::size_t body) {
-  // One primitive a colour and finish. A triangle is of one part, and a part of one surface.
-  std::map<std::tuple<std::array<float, 3>, float, float>, Primitive> primitives;
-  for (std::size_t i = mesh_.begin[body]; i < mesh_.begin[body + 1]; ++i) {
-    const Vertex& vertex = mesh_.vertices[mesh_.indices[i]];
-    Primitive& primitive = primitives[{vertex.color, vertex.metallic, vertex.roughness}];
-    if (primitive.indices.empty()) primitive.material = add_plain(vertex);
-    primitive.indices.push_back(mesh_.indices[i]);
+  /// Copies the vertices of a primitive whose indices are the gathered mesh's, and numbers them anew.
+  void take_vertices(Primitive& primitive) const {
+    std::map<std::uint32_t, std::uint32_t> renumbered;
+    for (std::uint32_t& index : primitive.indices) {
+      const auto next = static_cast<std::uint32_t>(renumbered.size());
+      const auto [entry, is_new] = renumbered.try_emplace(index, next);
+      if (is_new) add_vertex(index, primitive);
+      index = entry->second;
+    }
   }
-  std::vector<Primitive> list;
-  for (auto& [key, primitive] : primitives) take_vertices(list.emplace_back(std::move(primitive)));
-  return list;
-}
 
-/// Returns the primitives of a body, with only those vertex attributes that their materials need.
-std::vector<Primitive> BodyMeshes::textured_primitives(std::size_t body) {
-  std::vector<Primitive> list;
-  for (const Piece& piece : mesh_.pieces) {
-    if (piece.body != body || piece.begin == piece.end) continue;
-    const Surface& surface = mesh_.surfaces[piece.surface];
-    Primitive& primitive = list.emplace_back();
-    primitive.material = writer_.add_material(surface, scene_);
-    primitive.indices.assign(mesh_.indices.begin() + piece.begin, mesh_.indices.begin() + piece.end);
-    take_vertices(primitive);
+  /// Removes the vertex attributes that the surface does not need.
+  static void remove_unused_values(Primitive& primitive, const Surface& surface) {
     auto& values = primitive.values;
     for (int set = 0; set < 2; ++set) {
       const bool is_used = std::ranges::any_of(surface.textures, [&](const Texture& texture) {
@@ -141,28 +146,12 @@ std::vector<Primitive> BodyMeshes::textured_primitives(std::size_t body) {
     }
     if (!has_tangents) values[tangent].clear();
   }
-  return list;
-}
 
-int BodyMeshes::add(const std::vector<Primitive>& primitives) {
-  if (primitives.empty()) return -1;
-  const auto [known, is_new] = known_.try_emplace(primitives, 0);
-  if (!is_new) return known->second;
-  Json list = Json::array();
-  for (const Primitive& primitive : primitives) {
-    Json accessors;
-    for (std::size_t i = 0; i < attributes.size(); ++i) {
-      const auto& [name, width] = attributes[i];
-      if (primitive.values[i].empty()) continue;
-      accessors[name] = writer_.add_floats(primitive.values[i], width, i == position, true);
-    }
-    list.push_back({{"attributes", std::move(accessors)},
-                    {"indices", writer_.add_indices(primitive.indices)},
-                    {"material", primitive.material}});
-  }
-  known->second = writer_.add("meshes", {{"primitives", std::move(list)}});
-  return known->second;
-}
+  GlbWriter& writer_;
+  const Scene& scene_;
+  BodyMesh mesh_;
+  std::map<std::vector<Primitive>, int> known_;
+};
 
 Json node_at(const std::string& name, const Vector3& place, const Quaternion& orientation) {
   const Quaternion q = orientation.normalized();
@@ -183,18 +172,17 @@ void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   square.values[normal] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
   square.indices = {0, 1, 2, 0, 2, 3};
   square.material = meshes.add_plain({{}, {}, {0.46F, 0.415F, 0.36F}, 0, 0.95F});
-  const double height = ground_height(scene, meshes.gathered().parts);
+  const double height = ground_height(scene, meshes.parts());
   writer.add_node({{"name", "ground"}, {"mesh", meshes.add({square})}, {"translation", {0, height, 0}}});
 }
 
 /// Returns the renderer's camera for a scene without one, in a wide picture.
 Camera automatic_camera(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames) {
   const View view = automatic_view(parts, frames, 16.0 / 9);
-  const auto vector = [](const glm::dvec3& v) { return Vector3(v.x, v.y, v.z); };
   Matrix3 axes;
-  axes << vector(view.right), vector(view.up), -vector(view.forward);
+  axes << to_eigen(view.right), to_eigen(view.up), -to_eigen(view.forward);
   Camera camera;
-  camera.pose = {vector(view.eye), Quaternion(axes).normalized()};
+  camera.pose = {to_eigen(view.eye), Quaternion(axes).normalized()};
   camera.vertical_field_of_view = 2 * std::atan(view.tangent_y);
   return camera;
 }
@@ -293,7 +281,7 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
   }
   const std::vector<std::vector<Coordinates>> at_start{start};
   const auto shown = frames.empty() ? std::span(at_start) : frames;
-  add_camera(writer, scene.camera ? *scene.camera : automatic_camera(meshes.gathered().parts, shown));
+  add_camera(writer, scene.camera ? *scene.camera : automatic_camera(meshes.parts(), shown));
   add_lights(writer, scene);
 
   if (frames.size() > 1) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <variant>
 
 #include "sim/math/rotation.h"
@@ -82,72 +84,56 @@ bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
   return volume > 0 && unmet == 0;
 }
 
+/// Adds parts to a mesh, one after the other.
 class Gatherer {
  public:
-  Gatherer(BodyMesh& mesh, bool with_looks) : mesh_(mesh), with_looks_(with_looks) {}
+  explicit Gatherer(bool with_looks) : has_looks(with_looks) {}
 
-  bool with_looks() const { return with_looks_; }
-  const Surface& surface() const { return surface_; }
+  BodyMesh mesh;
+  const bool has_looks;
 
   void start_part(int body, const Surface& surface) {
     surface_ = surface;
-    first_ = mesh_.vertices.size();
-    first_index_ = mesh_.indices.size();
-    body_ = body;
+    first_ = mesh.vertices.size();
+    part_ = {.body = body, .begin = mesh.indices.size()};
+    part_.low = Vector3::Constant(infinity);
+    part_.high = -part_.low;
   }
 
   std::uint32_t add_vertex(const Vector3& position, const Vector3& normal) {
     const auto& [red, green, blue] = surface_.base_color;
-    mesh_.vertices.push_back({floats_of(position), floats_of(normal), floats_of({red, green, blue}),
-                              static_cast<float>(surface_.metallic), static_cast<float>(surface_.roughness)});
-    return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
+    mesh.vertices.push_back({floats_of(position), floats_of(normal), floats_of({red, green, blue}),
+                             static_cast<float>(surface_.metallic), static_cast<float>(surface_.roughness)});
+    const Vector3 rounded = vector_of(mesh.vertices.back().position);
+    part_.low = part_.low.cwiseMin(rounded);
+    part_.high = part_.high.cwiseMax(rounded);
+    return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
   }
 
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const Vertex& va = mesh_.vertices[a];
-    const Vertex& vb = mesh_.vertices[b];
-    const Vertex& vc = mesh_.vertices[c];
+    const Vertex& va = mesh.vertices[a];
+    const Vertex& vb = mesh.vertices[b];
+    const Vertex& vc = mesh.vertices[c];
     const Vector3 pa = vector_of(va.position);
     const Vector3 across = (vector_of(vb.position) - pa).cross(vector_of(vc.position) - pa);
     const Vector3 normals = vector_of(va.normal) + vector_of(vb.normal) + vector_of(vc.normal);
     if (across.dot(normals) < 0) std::swap(b, c);
-    mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
-  }
-
-  /// Adds the looks of the vertices that were added last.
-  void add_looks(const std::vector<LookVertex>& looks) {
-    mesh_.looks.insert(mesh_.looks.end(), looks.begin(), looks.end());
+    mesh.indices.insert(mesh.indices.end(), {a, b, c});
   }
 
   void end_part() {
-    if (mesh_.vertices.size() == first_) return;
-    if (with_looks_) {
-      mesh_.looks.resize(mesh_.vertices.size());
-      mesh_.pieces.push_back(
-          {static_cast<std::size_t>(body_), first_index_, mesh_.indices.size(), mesh_.surfaces.size()});
-      mesh_.surfaces.push_back(surface_);
-    }
-    Part part;
-    part.body = body_;
-    part.low = Vector3::Constant(infinity);
-    part.high = -part.low;
-    for (std::size_t i = first_; i < mesh_.vertices.size(); ++i) {
-      part.low = part.low.cwiseMin(vector_of(mesh_.vertices[i].position));
-      part.high = part.high.cwiseMax(vector_of(mesh_.vertices[i].position));
-    }
-    part.begin = first_index_;
-    part.end = mesh_.indices.size();
-    part.is_closed = is_closed(mesh_, part, first_);
-    mesh_.parts.push_back(part);
+    if (mesh.vertices.size() == first_) return;
+    if (has_looks) mesh.looks.resize(mesh.vertices.size());
+    part_.end = mesh.indices.size();
+    part_.is_closed = is_closed(mesh, part_, first_);
+    mesh.parts.push_back(part_);
+    mesh.surfaces.push_back(surface_);
   }
 
  private:
-  BodyMesh& mesh_;
-  bool with_looks_;
   Surface surface_;
-  std::size_t first_ = 0;
-  std::size_t first_index_ = 0;
-  int body_ = world_body;
+  Part part_;
+  std::size_t first_ = 0;  ///< the part's first vertex
 };
 
 void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
@@ -159,8 +145,9 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
   }
   if (visual.linear.determinant() < 0) cofactors = -cofactors;
   const bool has_surface = mesh.surface >= 0 && mesh.surface < static_cast<int>(scene.surfaces.size());
-  gatherer.start_part(visual.body, has_surface ? scene.surfaces[mesh.surface] : default_surface(visual.body));
-  std::uint32_t first = 0;
+  const Surface surface = has_surface ? scene.surfaces[mesh.surface] : default_surface(visual.body);
+  gatherer.start_part(visual.body, surface);
+  const auto first = static_cast<std::uint32_t>(gatherer.mesh.vertices.size());
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -168,36 +155,17 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
     const double length = normal.norm();
     positions.emplace_back(visual.linear * mesh.positions[i] + visual.translation);
     normals.push_back(length > 0 ? Vector3(normal / length) : Vector3::UnitY());
-    const std::uint32_t index = gatherer.add_vertex(positions.back(), normals.back());
-    if (i == 0) first = index;
+    gatherer.add_vertex(positions.back(), normals.back());
   }
-  if (gatherer.with_looks()) {
-    const int set = gatherer.surface().textures[Surface::normal_texture].coordinates;
-    gatherer.add_looks(look_vertices(mesh, visual.linear, positions, normals, set));
+  if (gatherer.has_looks) {
+    const int set = surface.textures[Surface::normal_texture].coordinates;
+    const std::vector<LookVertex> looks = look_vertices(mesh, visual.linear, positions, normals, set);
+    gatherer.mesh.looks.insert(gatherer.mesh.looks.end(), looks.begin(), looks.end());
   }
   for (const Triangle& triangle : mesh.triangles) {
     gatherer.add_triangle(first + triangle[0], first + triangle[1], first + triangle[2]);
   }
   gatherer.end_part();
-}
-
-/// Adds closed rings of vertices from top to bottom, each of which has as many sectors, and joins them.
-/// `add_vertex(ring, around)` adds one and returns its index.
-template <typename Ring, typename AddVertex>
-void add_rings(Gatherer& gatherer, int sectors, const std::vector<Ring>& rings, const AddVertex& add_vertex) {
-  std::vector<std::uint32_t> previous;
-  for (const Ring& ring : rings) {
-    std::vector<std::uint32_t> circle;
-    for (int sector = 0; sector < sectors; ++sector) {
-      circle.push_back(add_vertex(ring, sine_cosine(2 * std::numbers::pi * sector / sectors)));
-    }
-    for (std::size_t i = 0; !previous.empty() && i < circle.size(); ++i) {
-      const std::size_t next = (i + 1) % circle.size();
-      gatherer.add_triangle(previous[i], previous[next], circle[i]);
-      gatherer.add_triangle(previous[next], circle[next], circle[i]);
-    }
-    previous = circle;
-  }
 }
 
 /// A point of a profile that is turned about the Y axis, with its normal in the profile's plane.
@@ -208,14 +176,29 @@ struct ProfilePoint {
   double normal_y;
 };
 
+/// Adds the surface that a profile sweeps as it is turned, stretched along the axes if wanted.
 void add_revolved(Gatherer& gatherer, const Pose& placement, const std::vector<ProfilePoint>& profile,
-                  int sectors = 64) {
-  add_rings(gatherer, sectors, profile, [&](const ProfilePoint& point, const SineCosine& around) {
-    const Vector3 position(point.radius * around.cosine, point.y, point.radius * around.sine);
-    const Vector3 normal(point.normal_radius * around.cosine, point.normal_y,
-                         point.normal_radius * around.sine);
-    return gatherer.add_vertex(placement * position, placement.orientation * normal);
-  });
+                  int sectors = 64, const std::optional<Vector3>& stretch = {}) {
+  std::vector<std::uint32_t> previous;
+  for (const ProfilePoint& point : profile) {
+    std::vector<std::uint32_t> circle;
+    for (int sector = 0; sector < sectors; ++sector) {
+      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      Vector3 position(point.radius * around.cosine, point.y, point.radius * around.sine);
+      Vector3 normal(point.normal_radius * around.cosine, point.normal_y, point.normal_radius * around.sine);
+      if (stretch) {
+        position = stretch->cwiseProduct(position);
+        normal = normal.cwiseQuotient(*stretch).normalized();
+      }
+      circle.push_back(gatherer.add_vertex(placement * position, placement.orientation * normal));
+    }
+    for (std::size_t i = 0; !previous.empty() && i < circle.size(); ++i) {
+      const std::size_t next = (i + 1) % circle.size();
+      gatherer.add_triangle(previous[i], previous[next], circle[i]);
+      gatherer.add_triangle(previous[next], circle[next], circle[i]);
+    }
+    previous = circle;
+  }
 }
 
 /// Adds a ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
@@ -292,14 +275,12 @@ void add_polytope(Gatherer& gatherer, const Pose& placement, const Polytope& pol
 
 void add_ellipsoid(Gatherer& gatherer, const Pose& placement, const Vector3& half_axes) {
   constexpr int rings = 32;
-  std::vector<SineCosine> downs;
-  for (int ring = 0; ring <= rings; ++ring) downs.push_back(sine_cosine(std::numbers::pi * ring / rings));
-  add_rings(gatherer, 64, downs, [&](const SineCosine& down, const SineCosine& around) {
-    const Vector3 direction(down.sine * around.cosine, down.cosine, down.sine * around.sine);
-    const Vector3 normal = direction.cwiseQuotient(half_axes).normalized();
-    return gatherer.add_vertex(placement * Vector3(half_axes.cwiseProduct(direction)),
-                               placement.orientation * normal);
-  });
+  std::vector<ProfilePoint> ball;
+  for (int ring = 0; ring <= rings; ++ring) {
+    const SineCosine down = sine_cosine(std::numbers::pi * ring / rings);
+    ball.push_back({down.sine, down.cosine, down.sine, down.cosine});
+  }
+  add_revolved(gatherer, placement, ball, 64, half_axes);
 }
 
 void add_collider(Gatherer& gatherer, const Collider& collider) {
@@ -357,11 +338,8 @@ bool is_drawable(const Coordinates& q) {
 }
 
 BodyMesh gather_body_mesh(const Scene& scene) {
-  BodyMesh mesh;
-  Gatherer gatherer(mesh, needs_looks(scene));
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const int body = static_cast<int>(i);
-    mesh.begin.push_back(mesh.indices.size());
+  Gatherer gatherer(needs_looks(scene));
+  for (int body = 0; body < static_cast<int>(scene.bodies.size()); ++body) {
     bool has_visual = false;
     for (const Visual& visual : scene.visuals) {
       if (visual.body != body) continue;
@@ -373,8 +351,7 @@ BodyMesh gather_body_mesh(const Scene& scene) {
       if (collider.body == body) add_collider(gatherer, collider);
     }
   }
-  mesh.begin.push_back(mesh.indices.size());
-  return mesh;
+  return std::move(gatherer.mesh);
 }
 
 bool is_scenery(const Part& part, std::span<const Part> parts) {

@@ -54,24 +54,13 @@ struct Part {
   std::array<Vector3, 8> corners_at(const Coordinates& q) const;
 };
 
-/// A submesh of a body with one surface: some of its indices.
-struct Piece {
-  std::size_t body = 0;
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  std::size_t surface = 0;  ///< index into BodyMesh::surfaces
-};
-
 struct BodyMesh {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// Body i has the indices from begin[i] up to begin[i + 1].
-  std::vector<std::size_t> begin;
-  std::vector<Part> parts;
-  /// Further attributes of each vertex, submeshes and their surfaces; empty where needs_looks() is false.
+  std::vector<Part> parts;        ///< body by body
+  std::vector<Surface> surfaces;  ///< of each part
+  /// Further attributes of each vertex; empty where needs_looks() is false.
   std::vector<LookVertex> looks;
-  std::vector<Piece> pieces;
-  std::vector<Surface> surfaces;
 };
 
 /// Returns whether the collider is a horizontal plane of the world.

@@ -10,10 +10,6 @@
 namespace substep::render {
 namespace {
 
-glm::dvec3 to_glm(const Vector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 /// Returns a vector's components to the right, upwards and ahead.
 glm::dvec3 along_axes(const View& view, const glm::dvec3& p) {
   return {glm::dot(p, view.right), glm::dot(p, view.up), glm::dot(p, view.forward)};

@@ -13,6 +13,13 @@ namespace substep::render {
 
 struct Part;
 
+inline glm::dvec3 to_glm(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+inline Vector3 to_eigen(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
 /// A perspective view; right-handed, y up on the picture.
 struct View {
   glm::dvec3 eye{0};

@@ -26,12 +26,6 @@ Device::Device() {
   relief = Target(objects_, Relief::size, Relief::size);
 }
 
-ShadowMap& Device::shadow(bool is_small) {
-  std::unique_ptr<ShadowMap>& map = is_small ? small_shadow_ : large_shadow_;
-  if (!map) map = std::make_unique<ShadowMap>(is_small ? 512 : 1024);
-  return *map;
-}
-
 GLuint Device::use(const shaders::Program& program) {
   GLuint& name = programs_[program];
   if (name == 0) {
@@ -81,8 +75,8 @@ void Device::make_disc() {
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
 }
 
-void Device::use_surface(const Surface& surface, const std::array<BoundTexture, 5>& textures,
-                         const glm::vec4& sight, bool is_behind, bool shines) {
+void Device::use_surface(const Surface& surface, const SurfaceTextures& textures, const glm::vec4& sight,
+                         bool is_behind, bool shines) {
   shaders::Program wanted{.kind = shaders::Program::Kind::look, .shines = shines};
   wanted.may_discard = surface.opacity != Surface::Opacity::opaque;
   for (std::size_t role = 0; role < textures.size(); ++role) {
@@ -99,7 +93,7 @@ void Device::use_surface(const Surface& surface, const std::array<BoundTexture, 
   }
 }
 
-void set_surface(GLuint program, const Surface& surface, const std::array<BoundTexture, 5>& textures) {
+void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& textures) {
   std::array<glm::vec4, 5> turns{};
   std::array<glm::vec4, 5> offsets{};
   for (std::size_t role = 0; role < turns.size(); ++role) {

@@ -31,8 +31,8 @@ struct Device {
 
   Device();
 
-  /// Returns the map of 512² texels, or of 1024², made when first requested.
-  ShadowMap& shadow(bool is_small);
+  /// Returns the map of size² texels, made when first requested.
+  ShadowMap& shadow(int size) { return shadows_.try_emplace(size, objects_, size).first->second; }
 
   /// Uses a program and returns it. Compiles it when it is first used.
   GLuint use(const shaders::Program& program);
@@ -40,21 +40,20 @@ struct Device {
   /// Uses the program for a surface with more than a colour, and sets its uniforms and the culled faces.
   /// `sight`: the eye, and the distance of two neighbouring samples one metre from it. `is_behind`: draws
   /// only what lies behind nearer_unit's depth.
-  void use_surface(const Surface& surface, const std::array<BoundTexture, 5>& textures,
-                   const glm::vec4& sight, bool is_behind, bool shines);
+  void use_surface(const Surface& surface, const SurfaceTextures& textures, const glm::vec4& sight,
+                   bool is_behind, bool shines);
 
  private:
   Objects objects_;
   std::map<shaders::Program, GLuint> programs_;
-  std::unique_ptr<ShadowMap> small_shadow_;
-  std::unique_ptr<ShadowMap> large_shadow_;
+  std::map<int, ShadowMap> shadows_;
 
   void make_samplers();
   void make_disc();
 };
 
 /// Sets the uniforms of a surface for `program`, which is in use, and binds its textures.
-void set_surface(GLuint program, const Surface& surface, const std::array<BoundTexture, 5>& textures);
+void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& textures);
 
 /// Sets the uniforms of lamps for `program`, which is in use.
 void set_lamps(GLuint program, const Lamps& lamps);

@@ -30,8 +30,8 @@ const OsMesa& osmesa() {
     const auto find = [&](auto& pointer, const char* name) {
       void* const found = library == nullptr ? nullptr : dlsym(library, name);
       if (found == nullptr) {
-        throw Error(fmt::format(
-            "software OpenGL is not installed: on Debian 12, apt-get install libosmesa6 ({})", dlerror()));
+        throw Error("software OpenGL is not installed: on Debian 12, apt-get install libosmesa6 ({})",
+                    dlerror());
       }
       pointer = reinterpret_cast<std::remove_reference_t<decltype(pointer)>>(found);
     };
@@ -49,16 +49,16 @@ const OsMesa& osmesa() {
 
 /// Variables of the environment that change the pixels of Mesa 22.3's llvmpipe: with one of these set it is
 /// another renderer.
-constexpr std::array<const char*, 10> switches{"GALLIUM_NOSSE",
-                                               "GALLIVM_PERF",
-                                               "GALLIVM_DEBUG",
-                                               "LP_PERF",
-                                               "LP_DEBUG",
-                                               "LP_NO_RAST",
-                                               "DRAW_FSE",
-                                               "DRAW_NO_FSE",
-                                               "MESA_EXTENSION_OVERRIDE",
-                                               "MESA_GL_VERSION_OVERRIDE"};
+constexpr std::array switches{"GALLIUM_NOSSE",
+                              "GALLIVM_PERF",
+                              "GALLIVM_DEBUG",
+                              "LP_PERF",
+                              "LP_DEBUG",
+                              "LP_NO_RAST",
+                              "DRAW_FSE",
+                              "DRAW_NO_FSE",
+                              "MESA_EXTENSION_OVERRIDE",
+                              "MESA_GL_VERSION_OVERRIDE"};
 
 /// Throws Error where vertices would be computed without LLVM, over which llvmpipe crashes.
 void refuse_interpreted_vertices() {
@@ -66,7 +66,7 @@ void refuse_interpreted_vertices() {
   if (value == nullptr) return;
   const std::string_view text = value;
   if (text == "1" || text == "true" || text == "yes" || text == "y" || text == "t") return;
-  throw Error(fmt::format("DRAW_USE_LLVM={}: software OpenGL crashes with it: unset it", text));
+  throw Error("DRAW_USE_LLVM={}: software OpenGL crashes with it: unset it", text);
 }
 
 /// The samplers of the shaders, by Unit.
@@ -112,9 +112,8 @@ Context::~Context() {
 }
 
 Context::Current::Current(Context& context) : lock_(context.mutex_) {
-  if (osmesa().make_current(context.context_, context.pixel_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
+  if (osmesa().make_current(context.context_, context.pixel_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
     throw Error("software OpenGL (OSMesa) refuses its own context");
-  }
 }
 
 Context::Current::~Current() {

@@ -25,7 +25,7 @@
   X(glBlitFramebuffer) X(glBufferData) X(glCheckFramebufferStatus) X(glClear) X(glClearBufferiv) X(glClearColor) \
   X(glCompileShader) X(glCreateProgram) X(glCreateShader) X(glCullFace) X(glDeleteBuffers) X(glDeleteFramebuffers) \
   X(glDeleteQueries) X(glDeleteRenderbuffers) X(glDeleteSamplers) X(glDeleteShader) X(glDeleteTextures) \
-  X(glDeleteVertexArrays) X(glDepthFunc) X(glDepthMask) X(glDisable) X(glDrawArrays) X(glDrawBuffer) \
+  X(glDeleteVertexArrays) X(glDepthFunc) X(glDisable) X(glDrawArrays) \
   X(glDrawBuffers) X(glDrawElements) X(glEnable) X(glEnableVertexAttribArray) X(glEndQuery) \
   X(glFramebufferRenderbuffer) X(glFramebufferTexture2D) X(glGenBuffers) X(glGenFramebuffers) \
   X(glGenQueries) X(glGenRenderbuffers) X(glGenSamplers) X(glGenTextures) X(glGenVertexArrays) X(glGetError) \

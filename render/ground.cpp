@@ -14,10 +14,23 @@
 namespace substep::render {
 namespace {
 
-double lowest_point(const Part& part, const Coordinates& q) {
-  double lowest = infinity;
-  for (const Vector3& corner : part.corners_at(q)) lowest = std::min(lowest, corner.y());
-  return lowest;
+/// A joint's anchor in one of its bodies.
+struct Anchor {
+  std::size_t joint = 0;
+  int body = world_body;
+  Vector3 position;  ///< in the body frame
+};
+
+/// Returns both anchors of each joint that holds its anchors together.
+std::vector<Anchor> anchors_of(const Scene& scene) {
+  std::vector<Anchor> anchors;
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const Joint& joint = scene.joints[i];
+    if (!holds_anchors_together(joint)) continue;
+    anchors.push_back({i, joint.body_a, joint.frame_a.position});
+    anchors.push_back({i, joint.body_b, joint.frame_b.position});
+  }
+  return anchors;
 }
 
 /// A point of the world that bodies hang on, and the largest distance from it that each joint's anchor can
@@ -27,29 +40,19 @@ struct Hold {
   std::vector<double> reach;  ///< of each of the scene's joints
 };
 
-Hold hold_of(const Scene& scene, std::size_t fixed) {
-  const Joint& first = scene.joints[fixed];
-  Hold hold;
-  hold.point = first.body_a == world_body ? first.frame_a.position : first.frame_b.position;
-  hold.reach.assign(scene.joints.size(), infinity);
-  hold.reach[fixed] = 0;
+Hold hold_of(const Scene& scene, std::span<const Anchor> anchors, const Anchor& fixed) {
+  Hold hold{fixed.position, std::vector<double>(scene.joints.size(), infinity)};
+  hold.reach[fixed.joint] = 0;
   // Step from joint to joint over the body that both hold, until nothing gets shorter.
   for (bool shorter = true; shorter;) {
     shorter = false;
-    for (std::size_t from = 0; from < scene.joints.size(); ++from) {
-      const Joint& a = scene.joints[from];
-      for (std::size_t to = 0; std::isfinite(hold.reach[from]) && to < scene.joints.size(); ++to) {
-        const Joint& b = scene.joints[to];
-        if (!holds_anchors_together(b)) continue;
-        for (const auto& [body, here] : {std::pair(a.body_a, a.frame_a), std::pair(a.body_b, a.frame_b)}) {
-          if (body == world_body || (b.body_a != body && b.body_b != body)) continue;
-          const Pose& there = b.body_a == body ? b.frame_a : b.frame_b;
-          const double reach = hold.reach[from] + (there.position - here.position).norm();
-          if (reach < hold.reach[to]) {
-            hold.reach[to] = reach;
-            shorter = true;
-          }
-        }
+    for (const Anchor& from : anchors) {
+      for (const Anchor& to : anchors) {
+        if (from.body == world_body || to.body != from.body) continue;
+        const double reach = hold.reach[from.joint] + (to.position - from.position).norm();
+        if (!(reach < hold.reach[to.joint])) continue;
+        hold.reach[to.joint] = reach;
+        shorter = true;
       }
     }
   }
@@ -74,18 +77,15 @@ double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
 
 /// Returns the lowest height that the part's corners can reach as its body hangs on the world; −∞ without a
 /// joint.
-double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
+double lowest_hanging(const Part& part, std::span<const Anchor> anchors, std::span<const Hold> holds) {
   double lowest = infinity;
   for (const Vector3& corner : part.corners_at({})) {
     std::vector<std::pair<Vector3, double>> balls;
     for (const Hold& hold : holds) {
       double reach = infinity;
-      for (std::size_t i = 0; i < scene.joints.size(); ++i) {
-        const Joint& joint = scene.joints[i];
-        for (const auto& [body, frame] :
-             {std::pair(joint.body_a, joint.frame_a), std::pair(joint.body_b, joint.frame_b)}) {
-          if (body == part.body) reach = std::min(reach, hold.reach[i] + (corner - frame.position).norm());
-        }
+      for (const Anchor& anchor : anchors) {
+        if (anchor.body != part.body) continue;
+        reach = std::min(reach, hold.reach[anchor.joint] + (corner - anchor.position).norm());
       }
       if (std::isfinite(reach)) balls.emplace_back(hold.point, reach);
     }
@@ -102,31 +102,31 @@ double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold
   return lowest;
 }
 
-/// A step from a cell in one direction: its offset in cells, and the distances between which it stands for
-/// the direction, in cells.
-struct Step {
-  int x = 0;
-  int z = 0;
+/// A ring of cells around a cell: their offsets in eight directions, and the distances between which each
+/// stands for its direction, all in cells.
+struct Ring {
+  std::array<std::array<int, 2>, 8> offsets{};
   float near = 0;
   float far = 0;
 };
 
-/// Returns steps in eight directions, each half as far again as the one before.
-std::array<std::array<Step, 11>, 8> steps_from_a_cell() {
-  std::array<std::array<Step, 11>, 8> steps;
-  for (std::size_t direction = 0; direction < steps.size(); ++direction) {
-    const SineCosine of = sine_cosine(2 * std::numbers::pi * (static_cast<double>(direction) + 0.3) / 8);
-    double near = 0.25;
-    for (Step& step : steps[direction]) {
-      const double far = near * 1.5;
-      const double middle = (near + far) / 2;
-      step = {static_cast<int>(std::lround(middle * of.cosine)),
-              static_cast<int>(std::lround(middle * of.sine)), static_cast<float>(near),
-              static_cast<float>(far)};
-      near = far;
+/// Returns rings, each half as far again as the one before.
+std::array<Ring, 11> rings_around_a_cell() {
+  std::array<Ring, 11> rings;
+  double near = 0.25;
+  for (Ring& ring : rings) {
+    const double far = near * 1.5;
+    const double middle = (near + far) / 2;
+    for (std::size_t direction = 0; direction < ring.offsets.size(); ++direction) {
+      const SineCosine of = sine_cosine(2 * std::numbers::pi * (static_cast<double>(direction) + 0.3) / 8);
+      ring.offsets[direction] = {static_cast<int>(std::lround(middle * of.cosine)),
+                                 static_cast<int>(std::lround(middle * of.sine))};
     }
+    ring.near = static_cast<float>(near);
+    ring.far = static_cast<float>(far);
+    near = far;
   }
-  return steps;
+  return rings;
 }
 
 /// Returns the fraction, in 32nds, of light evenly from all sides that level ground receives from below a
@@ -145,11 +145,10 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
   }
   if (std::isfinite(plane)) return plane;
 
+  const std::vector<Anchor> anchors = anchors_of(scene);
   std::vector<Hold> holds;
-  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
-    const Joint& joint = scene.joints[i];
-    const bool is_fixed = (joint.body_a == world_body) != (joint.body_b == world_body);
-    if (is_fixed && holds_anchors_together(joint)) holds.push_back(hold_of(scene, i));
+  for (const Anchor& anchor : anchors) {
+    if (anchor.body == world_body) holds.push_back(hold_of(scene, anchors, anchor));
   }
   const std::vector<Coordinates> start = initial_state(scene).q;
   double of_world = infinity;
@@ -158,12 +157,13 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
   double highest = -infinity;
   for (const Part& part : parts) {
     const Coordinates& q = start[part.body];
-    const double y = lowest_point(part, q);
+    double y = infinity;
+    for (const Vector3& corner : part.corners_at(q)) y = std::min(y, corner.y());
     if (part.body == world_body) {
       of_world = std::min(of_world, y);
       continue;
     }
-    const double hanging = lowest_hanging(scene, part, holds);
+    const double hanging = lowest_hanging(part, anchors, holds);
     at_start = std::min(at_start, y);
     lowest = std::min({lowest, y, std::isfinite(hanging) ? hanging : y});
     highest = std::max(highest, q.linear.y());
@@ -176,21 +176,21 @@ std::vector<float> ground_openness(const Relief& relief) {
   // Visibility by bitmask (Therrien, Levesque and Gilet 2023), over a map from above instead of over the
   // screen: a bit is a 32nd of the light of one direction. Few cells have anything above them: each marks the
   // cells that it hides the sky from.
-  static const auto steps = steps_from_a_cell();
+  static const auto rings = rings_around_a_cell();
   constexpr int size = Relief::size;
   const auto cell = static_cast<float>(relief.width / size);
   std::vector<std::array<std::uint32_t, 8>> hidden(std::size_t{1} * size * size);
   for (int index = 0; index < size * size; ++index) {
     if (relief.highest[index] < 0) continue;
-    for (std::size_t i = 0; i < steps[0].size(); ++i) {
-      const int from = thirty_seconds(relief.lowest[index], steps[0][i].far * cell);
-      const int to = thirty_seconds(relief.highest[index], steps[0][i].near * cell);
+    for (const Ring& ring : rings) {
+      const int from = thirty_seconds(relief.lowest[index], ring.far * cell);
+      const int to = thirty_seconds(relief.highest[index], ring.near * cell);
       const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
       const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
       const auto bits = static_cast<std::uint32_t>(below_to & ~below_from);
-      for (std::size_t direction = 0; bits != 0 && direction < steps.size(); ++direction) {
-        const int x = index % size - steps[direction][i].x;
-        const int z = index / size - steps[direction][i].z;
+      for (std::size_t direction = 0; bits != 0 && direction < ring.offsets.size(); ++direction) {
+        const int x = index % size - ring.offsets[direction][0];
+        const int z = index / size - ring.offsets[direction][1];
         if (x >= 0 && z >= 0 && x < size && z < size) hidden[z * size + x][direction] |= bits;
       }
     }
@@ -200,10 +200,7 @@ std::vector<float> ground_openness(const Relief& relief) {
   for (const std::array<std::uint32_t, 8>& from : hidden) {
     int count = 0;
     // Most cells see all of the sky, and counting bits is a call where processors may lack the instruction.
-    for (std::size_t i = 0; i < from.size(); i += 2) {
-      const std::uint64_t two = from[i] | std::uint64_t{from[i + 1]} << 32;
-      if (two != 0) count += std::popcount(two);
-    }
+    for (const std::uint32_t bits : from) count += bits != 0 ? std::popcount(bits) : 0;
     const float open = 1 - static_cast<float>(count) / (32.0F * 8);
     openness.push_back(ambient_floor + (1 - ambient_floor) * open);
   }

@@ -130,14 +130,12 @@ Texels decode_texels(std::string_view bytes, const std::string& name) {
       stbi_info_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
                             &texels.width, &texels.height, &channels);
   if (is_known != 0 && std::max(texels.width, texels.height) > longest_texture) {
-    throw Error(
-        fmt::format("{}: has {}×{} pixels; images on surfaces have at most {} each way: make it smaller",
-                    name, texels.width, texels.height, longest_texture));
+    throw Error("{}: has {}×{} pixels; images on surfaces have at most {} each way: make it smaller", name,
+                texels.width, texels.height, longest_texture);
   }
   if (is_known != 0) texels.rgba = decoded(bytes, 4, texels.width, texels.height);
-  if (texels.rgba.empty()) {
-    throw Error(fmt::format("{}: is not a complete PNG or JPEG image ({})", name, stbi_failure_reason()));
-  }
+  if (texels.rgba.empty())
+    throw Error("{}: is not a complete PNG or JPEG image ({})", name, stbi_failure_reason());
   return texels;
 }
 

@@ -70,10 +70,7 @@ glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamp
   const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, illuminance});
   const double length = sun.direction.norm();
   glm::dvec3 ray{0, -1, 0};
-  if (length > 0 && std::isfinite(length)) {
-    const Vector3 unit = sun.direction / length;
-    ray = {unit.x(), unit.y(), unit.z()};
-  }
+  if (length > 0 && std::isfinite(length)) ray = to_glm(sun.direction / length);
   const glm::vec3 radiance(glm::dvec3(sun.color[0], sun.color[1], sun.color[2]) *
                            (sun.illuminance / std::numbers::pi));
   const glm::vec3 ground_color(0.46F, 0.415F, 0.36F);

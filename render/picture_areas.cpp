@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/vec4.hpp>
 
+#include "render/camera.h"
+
 namespace substep::render {
 namespace {
 
@@ -21,7 +23,7 @@ std::array<int, 2> tile_range(double low, double high, int pixels) {
 }
 
 glm::dvec4 clip_of(const Vector3& p, const glm::dmat4& clip_from_world) {
-  return clip_from_world * glm::dvec4(p.x(), p.y(), p.z(), 1);
+  return clip_from_world * glm::dvec4(to_glm(p), 1);
 }
 
 /// Finds the bounds, from −1 to 1, of a part in the picture; all of it where a corner is beside or behind the

@@ -1,7 +1,5 @@
 #include "render/renderer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <stdexcept>
@@ -53,20 +51,20 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   const Context::Current current(device->context);
   upload_bodies();
   if (looks) {
-    textures = SurfaceTextures(objects, scene, mesh.surfaces);
+    textures = upload_textures(objects, scene, mesh.surfaces);
     shines = std::ranges::any_of(mesh.surfaces, shines_or_shades);
     lamps = lamps_of(scene, mesh.parts);
   }
   key = set_light(frame, scene, lamps, ground);
   const auto [tile_width, tile_height] = size_of_tile(settings);
   surfaces = Surfaces(objects, tile_width * samples(), tile_height * samples(), shines);
-  if (has(Surface::Opacity::blended)) layers = Layers(objects, surfaces);
+  if (has(Surface::Opacity::blended)) layers = {Surfaces(objects, surfaces), Surfaces(objects, surfaces)};
   picture = Target(objects, tile_width, tile_height);
   lit = LightingBuffer(objects, picture, shines);
   look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-    throw Error(fmt::format(
-        "software OpenGL reports error {} while being set up: is libosmesa6 of Mesa 22.3 installed?", error));
+    throw Error("software OpenGL reports error {} while being set up: is libosmesa6 of Mesa 22.3 installed?",
+                error);
   }
 }
 
@@ -91,7 +89,7 @@ void Renderer::Implementation::choose_view(const Scene& scene,
     const Coordinates& q = reference.front()[part.body];
     const Vector3 centre = q.angular * part.centre() + q.linear;
     const double radius = part.half_size().norm();
-    const double distance = (centre - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm();
+    const double distance = (centre - to_eigen(view.eye)).norm();
     nearest = std::min(nearest, distance);
     farthest = std::max(farthest, std::min(distance + radius, 1e4));
   }
@@ -190,13 +188,13 @@ Image Renderer::Implementation::draw_tile(Poses poses) {
   draw_surfaces(poses);  // which binds textures, too
   areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
   const std::vector<Rectangle> seen = areas_seen();
-  bind_texture(shadow_nearest_unit, shadow->nearest());
-  bind_texture(shadow_test_unit, shadow->depth());
+  bind_texture(shadow_nearest_unit, shadow->nearest);
+  bind_texture(shadow_test_unit, shadow->depth);
   bind_texture(occlusion_unit, device->occlusion);
   bind_texture(surface_unit, surfaces.textures[0]);
   bind_texture(emission_unit, surfaces.textures[1]);
   bind_texture(crevice_unit, surfaces.textures[2]);
-  bind_texture(shadow_depth_unit, shadow->depth());
+  bind_texture(shadow_depth_unit, shadow->depth);
 
   const GroundAreas ground_areas = ground_areas_of_tile();
   complete_backdrop(ground_areas.open);
@@ -235,8 +233,8 @@ void check(const RenderSettings& settings) {
   constexpr std::int64_t most = 1 << 28;
   if (settings.width > longest || settings.height > longest ||
       static_cast<std::int64_t>(settings.width) * settings.height > most) {
-    throw Error(fmt::format("a picture of {}×{} is too large: ask for at most {} pixels, and {} each way",
-                            settings.width, settings.height, most, longest));
+    throw Error("a picture of {}×{} is too large: ask for at most {} pixels, and {} each way", settings.width,
+                settings.height, most, longest);
   }
 }
 
@@ -246,7 +244,6 @@ Renderer::Renderer(const Scene& scene, const RenderSettings& settings,
   implementation_ = std::make_unique<Implementation>(scene, settings, reference);
 }
 Renderer::~Renderer() = default;
-Renderer::Renderer(Renderer&&) noexcept = default;
 
 const View& Renderer::view() const {
   return implementation_->view;

@@ -44,7 +44,6 @@ class Renderer {
   Renderer(const Scene& scene, const RenderSettings& settings,
            std::span<const std::vector<Coordinates>> reference = {});
   ~Renderer();
-  Renderer(Renderer&&) noexcept;
 
   const View& view() const;
   /// Changes the view of the next pictures.

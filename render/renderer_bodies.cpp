@@ -121,18 +121,19 @@ void Renderer::Implementation::draw_batches(GLuint program, const glm::dmat4& cl
   }
 }
 
-/// Draws the submeshes for which `shows` returns true, after it has set what their surfaces need, and the
+/// Draws the parts for whose index `shows` returns true, after it has set what their surfaces need, and the
 /// program where `program` is 0.
-void Renderer::Implementation::draw_pieces(GLuint program, const glm::dmat4& clip, Poses poses,
-                                           const std::function<bool(const Piece&)>& shows) const {
+void Renderer::Implementation::draw_parts(GLuint program, const glm::dmat4& clip, Poses poses,
+                                          const std::function<bool(std::size_t)>& shows) const {
   glBindVertexArray(body_array);
   std::optional<std::size_t> set;
-  for (const Piece& piece : mesh.pieces) {
-    if (!is_drawable(poses[piece.body]) || !shows(piece)) continue;
-    const std::size_t first = first_in_block(piece.body);
+  for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
+    const Part& part = mesh.parts[i];
+    if (!is_drawable(poses[part.body]) || !shows(i)) continue;
+    const std::size_t first = first_in_block(part.body);
     if (set != first) set_poses(program, clip, poses, first);
     set = first;
-    draw_indices(piece.begin, piece.end);
+    draw_indices(part.begin, part.end);
   }
 }
 
@@ -148,16 +149,16 @@ void Renderer::Implementation::draw_solid(Kind kind, const glm::dmat4& clip, Pos
     draw_batches(program, clip, poses, hidden);
     return;
   }
-  draw_pieces(program, clip, poses, [&](const Piece& piece) {
-    const Surface::Opacity opacity = mesh.surfaces[piece.surface].opacity;
+  draw_parts(program, clip, poses, [&](std::size_t part) {
+    const Surface::Opacity opacity = mesh.surfaces[part].opacity;
     return opacity == Surface::Opacity::opaque || (is_blended_too && opacity == Surface::Opacity::blended);
   });
   if (!has(Surface::Opacity::cut)) return;
   const GLuint cutting = device->use({.kind = Kind::color, .may_discard = true});
-  draw_pieces(cutting, clip, poses, [&](const Piece& piece) {
-    const Surface& surface = mesh.surfaces[piece.surface];
+  draw_parts(cutting, clip, poses, [&](std::size_t part) {
+    const Surface& surface = mesh.surfaces[part];
     if (surface.opacity != Surface::Opacity::cut) return false;
-    set_surface(cutting, surface, textures.of(piece.surface));
+    set_surface(cutting, surface, textures[part]);
     return true;
   });
 }
@@ -192,7 +193,7 @@ void Renderer::Implementation::draw_surfaces(Poses poses) {
     moved = {{0, 0, picture.width, picture.height}};
     has_kept = true;
   }
-  surfaces.copy(kept, moved, samples());
+  surfaces.copy(kept, moved, samples(), GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   draw(Bodies::moving);
   moved = areas_of(moving, poses, clip_from_world, picture.width, picture.height);
 }
@@ -201,11 +202,12 @@ void Renderer::Implementation::draw_surfaces(Poses poses) {
 void Renderer::Implementation::draw_looks(Poses poses, Surface::Opacity opacity, bool is_behind,
                                           Bodies which) {
   const glm::vec4 eye = glm::dvec4(tile_view.eye, 2 * tile_view.tangent_y / surfaces.height);
-  draw_pieces(0, clip_from_world, poses, [&](const Piece& piece) {
-    const Surface& surface = mesh.surfaces[piece.surface];
-    const bool is_wanted = which == Bodies::all || (which == Bodies::of_world) == (piece.body == 0);
+  draw_parts(0, clip_from_world, poses, [&](std::size_t part) {
+    const Surface& surface = mesh.surfaces[part];
+    const bool is_of_world = mesh.parts[part].body == world_body;
+    const bool is_wanted = which == Bodies::all || (which == Bodies::of_world) == is_of_world;
     if (surface.opacity != opacity || !is_wanted) return false;
-    device->use_surface(surface, textures.of(piece.surface), eye, is_behind, shines);
+    device->use_surface(surface, textures[part], eye, is_behind, shines);
     return true;
   });
   glDisable(GL_CULL_FACE);
@@ -214,15 +216,11 @@ void Renderer::Implementation::draw_looks(Poses poses, Surface::Opacity opacity,
 /// Draws the nearest surfaces that light passes through, from the second layer on those behind the layer
 /// before. Returns false where there are none.
 bool Renderer::Implementation::draw_layer(Poses poses, std::size_t index) {
-  const std::size_t turn = index % 2;
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, surfaces.framebuffer);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, layers.surfaces[turn]);
-  glBlitFramebuffer(0, 0, surfaces.width, surfaces.height, 0, 0, surfaces.width, surfaces.height,
-                    GL_DEPTH_BUFFER_BIT, GL_NEAREST);
-  glBindFramebuffer(GL_FRAMEBUFFER, layers.surfaces[turn]);
-  glViewport(0, 0, surfaces.width, surfaces.height);
+  const Surfaces& layer = layers[index % 2];
+  const Rectangle whole{0, 0, picture.width, picture.height};
+  layer.copy(surfaces, std::array{whole}, samples(), GL_DEPTH_BUFFER_BIT);
   Surfaces::clear();
-  bind_texture(nearer_unit, layers.depths[1 - turn]);
+  bind_texture(nearer_unit, layers[(index + 1) % 2].depth);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
@@ -232,7 +230,7 @@ bool Renderer::Implementation::draw_layer(Poses poses, std::size_t index) {
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
   glDeleteQueries(1, &query);
   if (passed == 0) return false;
-  light_surfaces(layers.depths[turn], areas);
+  light_surfaces(layer.depth, areas);
   lit.read(picture);
   return true;
 }

@@ -21,7 +21,7 @@ void copy_pixels(std::span<const Rectangle> areas, int width, int height,
 }  // namespace
 
 bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
-  return is_drawable(q) && (q.linear - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm() < sight;
+  return is_drawable(q) && (q.linear - to_eigen(view.eye)).norm() < sight;
 }
 
 /// Draws the shadow map.
@@ -31,7 +31,7 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
     const Part& part = mesh.parts[i];
     const Coordinates& q = poses[part.body];
     if (scenery[i] || !is_in_sight(q)) continue;
-    for (const Vector3& p : part.corners_at(q)) points.emplace_back(p.x(), p.y(), p.z());
+    for (const Vector3& corner : part.corners_at(q)) points.push_back(to_glm(corner));
   }
   const ShadowView seen =
       key.w > 0 ? fit_lamp_view(glm::dvec3(key), points) : fit_sun_view(-glm::dvec3(key), points);
@@ -40,7 +40,7 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
   // of a small picture.
   const double pixel = focus * 2 * view.tangent_y / settings.height;
   const double width = seen.width * seen.far;
-  shadow = &device->shadow(width / 512 < 0.75 * pixel);
+  shadow = &device->shadow(width / 512 < 0.75 * pixel ? 512 : 1024);
   frame.depth_terms.z = static_cast<float>(shadow->size);
   const double texel = width / shadow->size;
   frame.shadow_scale = glm::dvec4(1 / seen.width, 0.001 + 0.6 * texel, seen.depth, settings.shadows ? 1 : 0);
@@ -94,13 +94,9 @@ void Renderer::Implementation::draw_relief(Poses poses, double low_x, double low
     draw_solid(shaders::Program::Kind::depth, clip, poses, from_below ? GL_BACK : GL_FRONT);
     glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     for (std::size_t i = 0; i < depths.size(); ++i) {
-      const bool is_there = depths[i] < 1;
       const auto height = static_cast<float>(high) * (from_below ? depths[i] : 1 - depths[i]);
-      if (from_below) {
-        relief.lowest[i] = height;
-      } else {
-        relief.highest[i] = is_there ? height : -1.0F;
-      }
+      if (from_below) relief.lowest[i] = height;
+      if (!from_below) relief.highest[i] = depths[i] < 1 ? height : -1.0F;
     }
   }
   glDisable(GL_DEPTH_CLAMP);
@@ -115,7 +111,7 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),
                                 glm::dvec3(map[2].x, map[2].y, map[2].w),
                                 glm::dvec3(middle.x, middle.y, middle.w));
-  const std::vector<float>& around = shadow->around();
+  const std::vector<float>& around = shadow->around;
   const MarkedCells in_shadow(ShadowMap::blocks, shadow_place,
                               [&](std::size_t i) { return settings.shadows && around[i] < 1; });
   const glm::dvec4 square(frame.occlusion);

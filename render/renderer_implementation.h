@@ -58,14 +58,14 @@ struct Renderer::Implementation {
   // For surfaces with more than a colour.
   bool looks = false;
   bool shines = false;  ///< whether a surface emits or transmits light, or has an occlusion texture
-  SurfaceTextures textures;
+  std::vector<SurfaceTextures> textures;  ///< of each part
   Lamps lamps;
   Surfaces kept;   ///< the world's, as seen with kept_view
   View kept_view;  ///< of the last tile
   bool has_kept = false;
-  std::vector<Part> moving;      ///< of bodies, but for the world's
-  std::vector<Rectangle> moved;  ///< areas of moving bodies in the last drawing
-  Layers layers;                 ///< of blended surfaces
+  std::vector<Part> moving;        ///< of bodies, but for the world's
+  std::vector<Rectangle> moved;    ///< areas of moving bodies in the last drawing
+  std::array<Surfaces, 2> layers;  ///< of blended surfaces, in turn: one is drawn behind the other
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -90,8 +90,8 @@ struct Renderer::Implementation {
   void upload_bodies();
   void set_poses(GLuint program, const glm::dmat4& clip, Poses poses, std::size_t first) const;
   void draw_batches(GLuint program, const glm::dmat4& clip, Poses poses, GLenum hidden = GL_BACK) const;
-  void draw_pieces(GLuint program, const glm::dmat4& clip, Poses poses,
-                   const std::function<bool(const Piece&)>& shows) const;
+  void draw_parts(GLuint program, const glm::dmat4& clip, Poses poses,
+                  const std::function<bool(std::size_t)>& shows) const;
   bool has(Surface::Opacity opacity) const;
   void draw_solid(shaders::Program::Kind kind, const glm::dmat4& clip, Poses poses, GLenum hidden = GL_BACK,
                   bool is_blended_too = false);

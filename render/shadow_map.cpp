@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "render/picture_areas.h"
+#include "render/targets.h"
 
 namespace substep::render {
 
@@ -99,47 +100,43 @@ ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> poi
   return view;
 }
 
-ShadowMap::ShadowMap(int texels) : size(texels), depths_(std::size_t{1} * texels * texels) {
-  glGenTextures(1, &depth_);
-  glBindTexture(GL_TEXTURE_2D, depth_);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, size, size, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
-  glGenFramebuffers(1, &framebuffer_);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
-  glDrawBuffer(GL_NONE);
+ShadowMap::ShadowMap(Objects& objects, int texels)
+    : size(texels),
+      framebuffer(bound_framebuffer(objects)),
+      depth(attach_textures(objects, {}, texels, texels)),
+      nearest(objects.texture()),
+      depths(std::size_t{1} * texels * texels) {
   glReadBuffer(GL_NONE);
-  glGenTextures(1, &nearest_);
-  glBindTexture(GL_TEXTURE_2D, nearest_);
+  glBindTexture(GL_TEXTURE_2D, nearest);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, blocks, blocks, 0, GL_RED, GL_FLOAT, nullptr);
 }
 
-void ShadowMap::start() {
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+void ShadowMap::start() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, size, size);
-  glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT);
 }
 
 void ShadowMap::finish() {
   // Reduce the map on the CPU: it is in main memory, and a pass by shaders takes longer.
-  glReadPixels(0, 0, size, size, GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
-  const std::vector<float> nearest = block_minima(depths_, size, size / blocks);
+  glReadPixels(0, 0, size, size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+  const std::vector<float> minima = block_minima(depths, size, size / blocks);
   // The widest penumbra takes samples up to two blocks away.
   constexpr int reach = 2;
-  around_.clear();
+  around.clear();
   for (int y = 0; y < blocks; ++y) {
     for (int x = 0; x < blocks; ++x) {
       float low = 1;
       for (int v = std::max(y - reach, 0); v <= std::min(y + reach, blocks - 1); ++v) {
         for (int u = std::max(x - reach, 0); u <= std::min(x + reach, blocks - 1); ++u) {
-          low = std::min(low, nearest[v * blocks + u]);
+          low = std::min(low, minima[v * blocks + u]);
         }
       }
-      around_.push_back(low);
+      around.push_back(low);
     }
   }
-  glBindTexture(GL_TEXTURE_2D, nearest_);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around_.data());
+  glBindTexture(GL_TEXTURE_2D, nearest);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around.data());
 }
 
 }  // namespace substep::render

@@ -26,30 +26,23 @@ ShadowView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> point
 /// their middle.
 ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> points);
 
-/// A depth texture of `size`² and the least depth in and around each block of its texels. GL objects live as
-/// long as their context.
-class ShadowMap {
- public:
+/// A depth texture of `size`² and the least depth in and around each block of its texels.
+struct ShadowMap {
   static constexpr int blocks = 64;  ///< a side
-  const int size;                    ///< a multiple of `blocks`
 
-  explicit ShadowMap(int texels);
+  int size;  ///< a multiple of `blocks`
+  GLuint framebuffer;
+  GLuint depth;
+  GLuint nearest;             ///< `around` as a texture
+  std::vector<float> depths;  ///< of the texels
+  std::vector<float> around;  ///< least depth around each block, row by row; 1 where nothing was drawn
+
+  ShadowMap(Objects& objects, int texels);
 
   /// Makes the map the target and clears it.
-  void start();
+  void start() const;
   /// Finds the least depths after drawing.
   void finish();
-  /// Returns the least depth around each block, row by row; 1 where nothing was drawn.
-  const std::vector<float>& around() const { return around_; }
-  GLuint depth() const { return depth_; }
-  GLuint nearest() const { return nearest_; }
-
- private:
-  GLuint depth_ = 0;
-  GLuint nearest_ = 0;
-  GLuint framebuffer_ = 0;
-  std::vector<float> depths_;
-  std::vector<float> around_;
 };
 
 }  // namespace substep::render

@@ -1,7 +1,5 @@
 #include "render/targets.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "sim/error.h"
@@ -10,12 +8,6 @@ namespace substep::render {
 namespace {
 
 constexpr std::array<GLenum, 3> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
-
-GLuint bound_framebuffer(Objects& objects) {
-  const GLuint framebuffer = objects.framebuffer();
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  return framebuffer;
-}
 
 /// Gives the current framebuffer a buffer to draw to, and returns it.
 GLuint attach_buffer(Objects& objects, GLenum attachment, GLenum format, int width, int height) {
@@ -26,7 +18,20 @@ GLuint attach_buffer(Objects& objects, GLenum attachment, GLenum format, int wid
   return buffer;
 }
 
-/// Gives the current framebuffer a new depth texture beside those textures that are not 0. Returns the depth.
+/// Throws Error where the current framebuffer cannot be drawn to.
+void require_complete(int width, int height) {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw Error("software OpenGL cannot draw {} × {} samples: ask for a smaller picture", width, height);
+}
+
+}  // namespace
+
+GLuint bound_framebuffer(Objects& objects) {
+  const GLuint framebuffer = objects.framebuffer();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  return framebuffer;
+}
+
 GLuint attach_textures(Objects& objects, const std::array<GLuint, 3>& textures, int width, int height) {
   GLsizei count = 0;
   for (; count < 3 && textures[count] != 0; ++count) {
@@ -40,15 +45,6 @@ GLuint attach_textures(Objects& objects, const std::array<GLuint, 3>& textures, 
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
   return depth;
 }
-
-/// Throws Error where the current framebuffer cannot be drawn to.
-void require_complete(int width, int height) {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
-  throw Error(
-      fmt::format("software OpenGL cannot draw {} × {} samples: ask for a smaller picture", width, height));
-}
-
-}  // namespace
 
 Target::Target(Objects& objects, int w, int h)
     : framebuffer(bound_framebuffer(objects)), width(w), height(h), pixels(std::size_t{4} * w * h) {
@@ -81,6 +77,15 @@ Surfaces::Surfaces(Objects& objects, int w, int h, bool with_emission)
   require_complete(width, height);
 }
 
+Surfaces::Surfaces(Objects& objects, const Surfaces& shared)
+    : framebuffer(bound_framebuffer(objects)),
+      textures(shared.textures),
+      depth(attach_textures(objects, textures, shared.width, shared.height)),
+      width(shared.width),
+      height(shared.height) {
+  require_complete(width, height);
+}
+
 void Surfaces::clear() {
   constexpr std::array<GLint, 4> none{};
   glClearBufferiv(GL_COLOR, 0, none.data());
@@ -92,7 +97,8 @@ void Surfaces::start() const {
   glClear(GL_DEPTH_BUFFER_BIT);
 }
 
-void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const {
+void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int samples,
+                    GLbitfield buffers) const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
   for (const Rectangle& area : areas) {
@@ -100,8 +106,7 @@ void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int 
     const int low = samples * area.y;
     const int right = std::min(left + samples * area.width, width);
     const int high = std::min(low + samples * area.height, height);
-    glBlitFramebuffer(left, low, right, high, left, low, right, high,
-                      GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(left, low, right, high, left, low, right, high, buffers, GL_NEAREST);
   }
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
@@ -125,14 +130,6 @@ void LightingBuffer::read(const Target& picture) {
     if (pixels[i].empty()) continue;
     glReadBuffer(outputs[i]);
     glReadPixels(0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, pixels[i].data());
-  }
-}
-
-Layers::Layers(Objects& objects, const Surfaces& shared) {
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    surfaces[i] = bound_framebuffer(objects);
-    depths[i] = attach_textures(objects, shared.textures, shared.width, shared.height);
-    require_complete(shared.width, shared.height);
   }
 }
 

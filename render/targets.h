@@ -11,6 +11,12 @@
 
 namespace substep::render {
 
+/// Returns a new framebuffer, which becomes the current one.
+GLuint bound_framebuffer(Objects& objects);
+
+/// Gives the current framebuffer a new depth texture beside those textures that are not 0. Returns the depth.
+GLuint attach_textures(Objects& objects, const std::array<GLuint, 3>& textures, int width, int height);
+
 /// A colour and a depth buffer to draw to.
 struct Target {
   GLuint framebuffer = 0;
@@ -40,6 +46,8 @@ struct Surfaces {
 
   Surfaces() = default;
   Surfaces(Objects& objects, int w, int h, bool with_emission);
+  /// Has the textures of `shared`, and a depth of its own.
+  Surfaces(Objects& objects, const Surfaces& shared);
 
   /// Makes it the target, and clears its depth.
   void start() const;
@@ -48,8 +56,9 @@ struct Surfaces {
   /// nothing is drawn.
   static void clear();
 
-  /// Copies `areas` of pixels, of so many samples a side, from one of the same size. Makes it the target.
-  void copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const;
+  /// Copies `areas` of pixels, of so many samples a side, from one of the same size: the buffers of OpenGL's
+  /// mask. Makes it the target.
+  void copy(const Surfaces& from, std::span<const Rectangle> areas, int samples, GLbitfield buffers) const;
 };
 
 /// The light from the surfaces, a pixel of `picture` each: of its first surface, of its second, and with
@@ -62,15 +71,6 @@ struct LightingBuffer {
   LightingBuffer(Objects& objects, const Target& picture, bool with_opacities);
 
   void read(const Target& picture);
-};
-
-/// Depths of two layers in turn, to draw the surfaces of one behind those of the other.
-struct Layers {
-  std::array<GLuint, 2> depths{};
-  std::array<GLuint, 2> surfaces{};  ///< framebuffers: the textures of Surfaces, with these depths
-
-  Layers() = default;
-  Layers(Objects& objects, const Surfaces& shared);
 };
 
 }  // namespace substep::render

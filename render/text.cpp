@@ -119,7 +119,8 @@ double lay_out(std::string_view text, const TextStyle& style, const Place& place
   while (!text.empty()) {
     const int codepoint = take_codepoint(text);
     const int glyph = face.index(codepoint);
-    const bool in_column = style.monospaced_digits && codepoint >= '0' && codepoint <= '9';
+    // Digits are equally wide, so that counting numbers do not dance.
+    const bool in_column = codepoint >= '0' && codepoint <= '9';
     if (previous != 0 && !in_column) pen += scale * face.kerning(previous, glyph);
     const int advance = face.advance(glyph);
     const int cell = in_column ? face.digit_advance() : advance;
@@ -159,6 +160,22 @@ Window clip(const Image& image, double left, double top, double right, double bo
 
 double text_width(std::string_view text, const TextStyle& style) {
   return lay_out(text, style, [](int, double) {});
+}
+
+std::vector<std::string> wrapped(std::string_view text, const TextStyle& style, double width) {
+  std::vector<std::string> lines{""};
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find_first_of(" \n"));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    std::string longer = lines.back() + (lines.back().empty() ? "" : " ");
+    longer += word;
+    if (lines.back().empty() || text_width(longer, style) <= width) {
+      lines.back() = longer;
+    } else {
+      lines.emplace_back(word);
+    }
+  }
+  return lines;
 }
 
 void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style) {

@@ -2,7 +2,9 @@
 /// Text in pictures: the vendored font, rasterised by stb_truetype, the same pixels on every machine.
 
 #include <array>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/image.h"
 
@@ -12,11 +14,13 @@ struct TextStyle {
   double size = 18;  ///< pixels from ascender to descender
   std::array<std::uint8_t, 3> color{255, 255, 255};
   bool bold = false;
-  bool monospaced_digits = true;  ///< so that counting numbers do not dance
 };
 
 /// Returns the width in pixels of UTF-8 `text` (Greek, ° × → − and the like are in the font).
 double text_width(std::string_view text, const TextStyle& style);
+
+/// Breaks text at blanks into lines of at most a width, pixels; a longer word has a line of its own.
+std::vector<std::string> wrapped(std::string_view text, const TextStyle& style, double width);
 
 /// Draws with the baseline's left end at (x, y), blended; clips at the image's border.
 void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style);

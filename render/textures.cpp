@@ -1,12 +1,12 @@
 #include "render/textures.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "render/image.h"
 #include "render/resolve.h"
@@ -78,6 +78,33 @@ GLuint upload(Objects& objects, TextureLevel level) {
   }
 }
 
+/// Uploads an image, or without one a white texel, which as a normal of strength 0 is straight up. `texels`:
+/// uploaded so far.
+BoundTexture uploaded(Objects& objects, const Scene& scene, int image, bool is_color, double& texels) {
+  if (image < 0) return {.texture = upload(objects, first_level({1, 1, {255, 255, 255, 255}}, is_color))};
+  const SceneImage& source = scene.images[image];
+  const Texels pixels = decode_texels(*source.bytes, source.place);
+  // A texel takes 8 bytes, and a third more for its mip levels.
+  constexpr double most_texels = 64e6;
+  texels += static_cast<double>(pixels.width) * pixels.height;
+  if (texels > most_texels) {
+    throw Error(
+        "{}: with it the images on surfaces have more than {:.0f} million pixels in all: "
+        "make them smaller",
+        source.place, most_texels / 1e6);
+  }
+  return {.texture = upload(objects, first_level(pixels, is_color)),
+          .texels = std::sqrt(static_cast<float>(pixels.width) * static_cast<float>(pixels.height))};
+}
+
+GLuint new_sampler(Objects& objects, const std::array<GLint, 4>& sampling) {
+  constexpr std::array<GLenum, 4> names{GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_MAG_FILTER,
+                                        GL_TEXTURE_MIN_FILTER};
+  const GLuint sampler = objects.sampler();
+  for (std::size_t i = 0; i < names.size(); ++i) glSamplerParameteri(sampler, names[i], sampling[i]);
+  return sampler;
+}
+
 bool is_color(std::size_t role) {
   return role == Surface::color_texture || role == Surface::emission_texture;
 }
@@ -117,48 +144,25 @@ std::array<GLint, 4> sampling_of(const Texture& texture) {
           far_filters[static_cast<int>(texture.levels)][texture.is_sharp_far ? 1 : 0]};
 }
 
-SurfaceTextures::SurfaceTextures(Objects& objects, const Scene& scene, const std::vector<Surface>& surfaces) {
-  // Upload one white texel, which as a normal of strength 0 is straight up.
-  for (const bool is_light : {true, false}) {
-    textures_[{-1, is_light}].texture = upload(objects, first_level({1, 1, {255, 255, 255, 255}}, is_light));
-  }
+std::vector<SurfaceTextures> upload_textures(Objects& objects, const Scene& scene,
+                                             const std::vector<Surface>& surfaces) {
+  std::map<std::pair<int, bool>, BoundTexture> images;  // by index and whether it is colour
   std::map<std::array<GLint, 4>, GLuint> samplers;
+  double texels = 0;
+  std::vector<SurfaceTextures> result;
   for (const Surface& surface : surfaces) {
-    std::array<BoundTexture, 5>& all = bound_.emplace_back();
-    for (std::size_t role = 0; role < all.size(); ++role) {
+    SurfaceTextures& textures = result.emplace_back();
+    for (std::size_t role = 0; role < textures.size(); ++role) {
       const Texture& texture = surface.textures[role];
-      all[role] = uploaded(objects, scene, texture.image, is_color(role));
-      const std::array<GLint, 4> sampling = sampling_of(texture);
-      GLuint& sampler = samplers[sampling];
-      if (sampler == 0) {
-        sampler = objects.sampler();
-        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, sampling[0]);
-        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, sampling[1]);
-        glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, sampling[2]);
-        glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, sampling[3]);
-      }
-      all[role].sampler = sampler;
+      const auto [image, is_new_image] = images.try_emplace({texture.image, is_color(role)});
+      if (is_new_image) image->second = uploaded(objects, scene, texture.image, is_color(role), texels);
+      const auto [sampler, is_new_sampler] = samplers.try_emplace(sampling_of(texture));
+      if (is_new_sampler) sampler->second = new_sampler(objects, sampler->first);
+      textures[role] = image->second;
+      textures[role].sampler = sampler->second;
     }
   }
-}
-
-BoundTexture SurfaceTextures::uploaded(Objects& objects, const Scene& scene, int image, bool is_color) {
-  const auto [entry, is_new] = textures_.try_emplace({image, is_color});
-  if (!is_new) return entry->second;
-  const SceneImage& source = scene.images[image];
-  const Texels texels = decode_texels(*source.bytes, source.place);
-  // A texel takes 8 bytes, and a third more for its mip levels.
-  constexpr double most_texels = 64e6;
-  texels_ += static_cast<double>(texels.width) * texels.height;
-  if (texels_ > most_texels) {
-    throw Error(
-        fmt::format("{}: with it the images on surfaces have more than {:.0f} million pixels in all: "
-                    "make them smaller",
-                    source.place, most_texels / 1e6));
-  }
-  entry->second.texture = upload(objects, first_level(texels, is_color));
-  entry->second.texels = std::sqrt(static_cast<float>(texels.width) * static_cast<float>(texels.height));
-  return entry->second;
+  return result;
 }
 
 Scene with_smaller_images(const Scene& scene, std::span<const Surface> surfaces, const ImageLimits& limits) {

@@ -3,9 +3,7 @@
 
 #include <array>
 #include <cstddef>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "render/gl.h"
@@ -24,23 +22,13 @@ struct BoundTexture {
   float texels = 1;
 };
 
-/// The textures of surfaces on the device.
-class SurfaceTextures {
- public:
-  SurfaceTextures() = default;
-  /// Decodes and uploads the images of the surfaces. Throws Error where an image is damaged or too large.
-  SurfaceTextures(Objects& objects, const Scene& scene, const std::vector<Surface>& surfaces);
+/// The textures of a surface by Surface::Role; where it has none, one texel that changes nothing.
+using SurfaceTextures = std::array<BoundTexture, 5>;
 
-  /// Returns the surface's textures by Surface::Role; where it has none, one texel that changes nothing.
-  const std::array<BoundTexture, 5>& of(std::size_t surface) const { return bound_[surface]; }
-
- private:
-  BoundTexture uploaded(Objects& objects, const Scene& scene, int image, bool is_color);
-
-  std::vector<std::array<BoundTexture, 5>> bound_;
-  std::map<std::pair<int, bool>, BoundTexture> textures_;  ///< by image and whether it is colour
-  double texels_ = 0;                                      ///< uploaded so far
-};
+/// Decodes and uploads the images of the surfaces, and returns each surface's textures. Throws Error where an
+/// image is damaged or too large.
+std::vector<SurfaceTextures> upload_textures(Objects& objects, const Scene& scene,
+                                             const std::vector<Surface>& surfaces);
 
 struct ImageLimits {
   int longest = 512;            ///< pixels a side

@@ -9,32 +9,6 @@ namespace {
 
 using Pair = std::array<float, 2>;
 
-/// The derivatives of positions in a triangle by its two coordinates.
-struct Slopes {
-  Vector3 along = Vector3::Zero();
-  Vector3 across = Vector3::Zero();
-  double area = 0;      ///< of the triangle, m²
-  double in_units = 0;  ///< area in coordinates
-};
-
-Slopes slopes_of(const Vector3& a, const Vector3& b, const Vector3& c, const Pair& ta, const Pair& tb,
-                 const Pair& tc) {
-  const Vector3 ab = b - a;
-  const Vector3 ac = c - a;
-  const double u1 = static_cast<double>(tb[0]) - ta[0];
-  const double v1 = static_cast<double>(tb[1]) - ta[1];
-  const double u2 = static_cast<double>(tc[0]) - ta[0];
-  const double v2 = static_cast<double>(tc[1]) - ta[1];
-  const double turn = u1 * v2 - u2 * v1;
-  Slopes slopes;
-  slopes.area = ab.cross(ac).norm() / 2;
-  slopes.in_units = std::abs(turn) / 2;
-  if (turn == 0) return slopes;
-  slopes.along = (v2 * ab - v1 * ac) / turn;
-  slopes.across = (u1 * ac - u2 * ab) / turn;
-  return slopes;
-}
-
 /// Returns any unit vector perpendicular to a unit vector.
 Vector3 beside(const Vector3& normal) {
   const Vector3 other = std::abs(normal.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
@@ -48,10 +22,10 @@ std::array<float, 4> tangent_of(const Vector3& along, double handedness) {
 
 /// Sums over the triangles at each vertex, by their areas.
 struct Sums {
-  Vector3 along = Vector3::Zero();
-  Vector3 across = Vector3::Zero();
-  std::array<double, 2> area{};
-  std::array<double, 2> in_units{};
+  Vector3 along = Vector3::Zero();   ///< directions in which the first coordinate grows
+  Vector3 across = Vector3::Zero();  ///< and the second
+  std::array<double, 2> area{};      ///< of the triangles with each set of coordinates, m²
+  std::array<double, 2> in_units{};  ///< area in coordinates
 };
 
 std::vector<Sums> sums_of(const Mesh& mesh, const std::vector<Vector3>& positions, int set_of_normals) {
@@ -60,14 +34,25 @@ std::vector<Sums> sums_of(const Mesh& mesh, const std::vector<Vector3>& position
     const std::vector<Pair>& places = mesh.attributes.texture_coordinates[set];
     if (places.empty()) continue;
     for (const Triangle& t : mesh.triangles) {
-      const Slopes slopes = slopes_of(positions[t[0]], positions[t[1]], positions[t[2]], places[t[0]],
-                                      places[t[1]], places[t[2]]);
+      const Vector3 ab = positions[t[1]] - positions[t[0]];
+      const Vector3 ac = positions[t[2]] - positions[t[0]];
+      const auto difference = [&](std::size_t corner, std::size_t coordinate) {
+        return static_cast<double>(places[t[corner]][coordinate]) - places[t[0]][coordinate];
+      };
+      const double u1 = difference(1, 0);
+      const double v1 = difference(1, 1);
+      const double u2 = difference(2, 0);
+      const double v2 = difference(2, 1);
+      const double turn = u1 * v2 - u2 * v1;
+      const double area = ab.cross(ac).norm() / 2;
+      const bool has_slopes = turn != 0 && static_cast<int>(set) == set_of_normals;
+      const Vector3 along = has_slopes ? Vector3((v2 * ab - v1 * ac) / turn) : Vector3::Zero();
+      const Vector3 across = has_slopes ? Vector3((u1 * ac - u2 * ab) / turn) : Vector3::Zero();
       for (const std::uint32_t corner : t) {
-        sums[corner].area[set] += slopes.area;
-        sums[corner].in_units[set] += slopes.in_units;
-        if (static_cast<int>(set) != set_of_normals) continue;
-        sums[corner].along += slopes.area * slopes.along.stableNormalized();
-        sums[corner].across += slopes.area * slopes.across.stableNormalized();
+        sums[corner].area[set] += area;
+        sums[corner].in_units[set] += std::abs(turn) / 2;
+        sums[corner].along += area * along.stableNormalized();
+        sums[corner].across += area * across.stableNormalized();
       }
     }
   }

@@ -28,9 +28,8 @@ struct NewGolden {
 /// Returns the path `text` of results.json, which may come from elsewhere, below `folder`.
 fs::path inside(const fs::path& folder, const std::string& text) {
   const fs::path path = text;
-  if (path.is_absolute() || std::ranges::find(path, "..") != path.end()) {
-    throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
-  }
+  if (path.is_absolute() || std::ranges::find(path, "..") != path.end())
+    throw Error("the results name {}, which is not among them: run 'substep check' again", text);
   return folder / path;
 }
 
@@ -71,8 +70,7 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
                                    const fs::path& suite_folder) {
   const auto refuse = [&](const std::string& why) {
-    throw Error(
-        fmt::format("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why));
+    throw Error("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why);
   };
   if (const auto refusal = entry.at("refusal").get<std::string>(); !refusal.empty()) refuse(refusal);
   std::vector<NewGolden> files;
@@ -103,13 +101,13 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
 std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
                                        const fs::path& suite, Approval& approval) {
   if (results.at("suite_hash") != content_hash(read_bytes(suite))) {
-    throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
-                            options.suite.string()));
+    throw Error("{} is not the suite file that was checked: run 'substep check' again",
+                options.suite.string());
   }
   const Json& cases = results.at("cases");
   for (const std::string& wanted : options.cases) {
     if (std::ranges::none_of(cases, [&](const Json& entry) { return entry.at("name") == wanted; }))
-      throw Error(fmt::format("the last check had no case '{}'", wanted));
+      throw Error("the last check had no case '{}'", wanted);
   }
   std::vector<NewGolden> all;
   for (const Json& entry : cases) {
@@ -130,20 +128,18 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
 }  // namespace
 
 Approval approve(const ApproveOptions& options) {
-  if (!options.all_failed && options.cases.empty()) {
+  if (!options.all_failed && options.cases.empty())
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
-  }
-  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
+  if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
     throw Error("approve needs a reason: --reason \"why the goldens change\"");
-  }
   const Json results = read_results(options.output);
   Approval approval;
   std::vector<NewGolden> files;
   try {
     files = all_new_goldens(results, options, suite_file(options.suite), approval);
   } catch (const Json::exception& error) {
-    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})",
-                            results_file(options.output).string(), error.what()));
+    throw Error("{}: is damaged: run 'substep check' again ({})", results_file(options.output).string(),
+                error.what());
   }
   for (const NewGolden& file : files) {
     fs::create_directories(file.file.parent_path());

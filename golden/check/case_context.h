@@ -2,6 +2,7 @@
 /// Internal to check(): the cases one after another, and the steps of a case's check in
 /// their order. Each step reads what the steps before it left.
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <span>
@@ -42,16 +43,15 @@ class CheckOutput {
   /// Marks the results complete, and writes them and the report.
   void finish(const std::vector<std::filesystem::path>& orphans);
 
-  /// Writes a junit.xml that says why the check could not go on.
-  void fail(const std::string& why) const;
-
  private:
+  using Clock = std::chrono::steady_clock;
+
   void write();
 
   std::filesystem::path folder_;
   int lock_ = -1;
   Json results_;
-  double last_written_ = -1e9;  ///< s
+  Clock::time_point last_written_;
 };
 
 /// Reads the suite, calls `run`, and writes results and report. Throws Error.

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -18,9 +17,9 @@
 #include <memory>
 #include <optional>
 #include <thread>
-#include <utility>
 
 #include "golden/check/case_context.h"
+#include "golden/report/report.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
@@ -97,7 +96,7 @@ struct Worker {
     ::close(ends[1]);
     if (process > 0) ::setpgid(process, process);
     descriptor = ends[0];
-    if (process < 0) throw Error(fmt::format("no process to check in: {}", std::strerror(errno)));
+    if (process < 0) throw Error("no process to check in: {}", std::strerror(errno));
   }
   ~Worker() {
     end();
@@ -272,7 +271,7 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
     // A check of some cases does not look for orphans.
     output.finish(options.cases.empty() ? orphans(plan.suite) : std::vector<std::filesystem::path>());
   } catch (const Error& error) {
-    output.fail(error.what());
+    write_failed_junit(error.what(), options.output);
     throw;
   }
 }

@@ -1,11 +1,9 @@
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <thread>
@@ -99,10 +97,6 @@ void add_candidates(const CaseResult& result, Json& json) {
   if (result.sidecar.is_object()) json["sidecar"] = result.sidecar;
 }
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// Locks a file. Returns false where another process holds the lock for over 2 s, the longest that the worker
 /// of an ended check takes to remove unfinished files.
 bool take_lock(int file) {
@@ -149,7 +143,7 @@ fs::path results_file(const fs::path& output) {
 
 Json read_results(const fs::path& output) {
   const fs::path file = results_file(output);
-  const auto refuse = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
+  const auto refuse = [&](const std::string& why) { throw Error("{}: {}", file.string(), why); };
   if (!fs::exists(file)) refuse("not there: run 'substep check' first, and look at what it shows");
   try {
     Json json = parse_json(read_bytes(file), file.string());
@@ -157,23 +151,20 @@ Json read_results(const fs::path& output) {
       refuse("is of another version of substep: run 'substep check' again");
     return json;
   } catch (const Json::exception& error) {
-    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", file.string(), error.what()));
+    throw Error("{}: is damaged: run 'substep check' again ({})", file.string(), error.what());
   }
 }
 
 CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
   std::error_code failure;
   fs::create_directories(folder_, failure);
-  if (failure && !fs::is_directory(folder_)) {
-    throw Error(fmt::format("{}: this folder cannot be made: {}", folder_.string(), failure.message()));
-  }
+  if (failure && !fs::is_directory(folder_))
+    throw Error("{}: this folder cannot be made: {}", folder_.string(), failure.message());
   lock_ = ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (lock_ < 0)
-    throw Error(fmt::format("{}: cannot be written to: {}", folder_.string(), std::strerror(errno)));
+  if (lock_ < 0) throw Error("{}: cannot be written to: {}", folder_.string(), std::strerror(errno));
   if (!take_lock(lock_)) {
     ::close(lock_);
-    throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
-                            folder_.string()));
+    throw Error("{}: another check is writing there: give this one an --output of its own", folder_.string());
   }
   for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_)}) {
     fs::remove(file, failure);
@@ -202,7 +193,7 @@ void CheckOutput::start(const CheckPlan& plan) {
 void CheckOutput::add_case(const Json& entry) {
   results_["cases"].push_back(entry);
   // Write at most once a second, since a suite has many short cases.
-  if (now() - last_written_ >= 1) write();
+  if (Clock::now() - last_written_ >= std::chrono::seconds(1)) write();
 }
 
 void CheckOutput::write() {
@@ -215,7 +206,7 @@ void CheckOutput::write() {
   results_["exit_code"] = results_.at("ended").get<bool>() ? exit_code(found, orphans) : 1;
   write_file(results_file(folder_), results_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   write_junit(results_, folder_);
-  last_written_ = now();
+  last_written_ = Clock::now();
 }
 
 void CheckOutput::finish(const std::vector<fs::path>& orphans) {
@@ -224,10 +215,6 @@ void CheckOutput::finish(const std::vector<fs::path>& orphans) {
   results_["ended"] = true;
   write();
   write_report(results_, folder_);
-}
-
-void CheckOutput::fail(const std::string& why) const {
-  write_failed_junit(why, folder_);
 }
 
 }  // namespace substep::golden

@@ -60,8 +60,7 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
 bool differ_in_poses(const DiffOptions& options) {
   if (!options.scene) {
     for (const fs::path& file : {options.expected, options.actual}) {
-      if (is_pose_table(file))
-        throw Error(fmt::format("{}: name the table's scene with --scene FILE", file.string()));
+      if (is_pose_table(file)) throw Error("{}: name the table's scene with --scene FILE", file.string());
     }
     return differ(read_pose_log(options.expected), read_pose_log(options.actual));
   }

@@ -34,7 +34,7 @@ std::vector<fs::path> scene_files(const fs::path& project) {
   std::vector<fs::path> files;
   std::error_code failure;
   auto entry = fs::recursive_directory_iterator(project, failure);
-  if (failure) throw Error(fmt::format("{}: cannot be read: {}", project.string(), failure.message()));
+  if (failure) throw Error("{}: cannot be read: {}", project.string(), failure.message());
   for (; entry != fs::recursive_directory_iterator(); ++entry) {
     const std::string name = entry->path().filename().string();
     if (entry->is_directory() && (name.starts_with('.') || name.starts_with("build"))) {
@@ -159,7 +159,7 @@ struct NewSuite {
 /// no such folder or no such scene.
 NewSuite new_suite(const InitOptions& options) {
   const fs::path& project = options.project;
-  if (!fs::is_directory(project)) throw Error(fmt::format("{}: there is no such folder", project.string()));
+  if (!fs::is_directory(project)) throw Error("{}: there is no such folder", project.string());
   NewSuite suite;
   const bool is_own = options.command.empty();
   if (!is_own && options.command.find("{poses}") == std::string::npos)
@@ -173,7 +173,7 @@ NewSuite new_suite(const InitOptions& options) {
     try {
       const std::string entry = case_of(file, shown);
       const auto [known, is_new] = names.emplace(file.stem().string(), shown);
-      if (!is_new) throw Error(fmt::format("{} already has this name", known->second));
+      if (!is_new) throw Error("{} already has this name", known->second);
       text += "\n" + entry;
     } catch (const Error& error) {
       suite.others.push_back(fmt::format("{}: {}", shown, error.what()));
@@ -181,9 +181,8 @@ NewSuite new_suite(const InitOptions& options) {
     }
   }
   suite.scenes = names.size();
-  if (suite.scenes == 0) {
-    throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
-  }
+  if (suite.scenes == 0)
+    throw Error("{}: has no scene (.gltf or .glb) in which something moves", project.string());
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
   suite.files = {
       {"golden/suite.toml", text},
@@ -198,8 +197,7 @@ void init(const InitOptions& options) {
   const NewSuite suite = new_suite(options);
   for (const auto& [name, content] : suite.files) {
     const fs::path file = options.project / name;
-    if (fs::exists(file))
-      throw Error(fmt::format("{}: is there already; nothing was written", file.string()));
+    if (fs::exists(file)) throw Error("{}: is there already; nothing was written", file.string());
   }
   for (const auto& [name, content] : suite.files) {
     const fs::path file = options.project / name;

@@ -36,11 +36,9 @@ constexpr Sensitivity red_green_sensitivity{1.0, 0.0053};
 constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
 constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
 
-/// A part of a picture.
-struct Region {
-  int left, top, width, height;
-
-  int padded_width() const { return (width + lanes - 1) / lanes * lanes; }
+/// Some rows of a picture.
+struct Band {
+  int top, height;
 };
 
 /// Computes aᵇ for 0 ≤ a and 0 < b ≤ 1. A minimum stands for a condition here and below: Eigen computes it
@@ -220,35 +218,36 @@ Plane filtered(const Plane& from, const Kernel& kernel, int reach) {
 constexpr auto filter_rows = filtered<Direction::along_rows>;
 constexpr auto filter_columns = filtered<Direction::along_columns>;
 
-/// A region of a picture after contrast-sensitivity filters.
+/// A band of a picture after contrast-sensitivity filters.
 struct Perceived {
   Planes color;         ///< perceived
   Plane edges, points;  ///< strengths
 };
 
-/// Returns the linear RGB of a region and of `reach` pixels around it. Beyond the picture its border is
+/// Returns the linear RGB of a band and of `reach` pixels around it. Beyond the picture its border is
 /// repeated.
-Planes linear_rgb(const render::Image& image, const Region& region, int reach) {
+Planes linear_rgb(const render::Image& image, const Band& band, int reach) {
   std::array<float, 256> linear;
   for (std::size_t i = 0; i < linear.size(); ++i) {
     const float c = static_cast<float>(i) / 255;  // IEC 61966-2-1
     linear[i] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
   }
+  const int padded_width = (image.width + lanes - 1) / lanes * lanes;
   Planes rgb;
-  rgb.fill(Plane(region.padded_width() + 2 * reach, region.height + 2 * reach));
+  rgb.fill(Plane(padded_width + 2 * reach, band.height + 2 * reach));
   for (int y = 0; y < rgb[0].cols(); ++y) {
     for (int x = 0; x < rgb[0].rows(); ++x) {
-      const std::uint8_t* pixel = image.pixel(std::clamp(region.left - reach + x, 0, image.width - 1),
-                                              std::clamp(region.top - reach + y, 0, image.height - 1));
+      const std::uint8_t* pixel = image.pixel(std::clamp(x - reach, 0, image.width - 1),
+                                              std::clamp(band.top - reach + y, 0, image.height - 1));
       for (std::size_t c = 0; c < 3; ++c) rgb[c](x, y) = linear[pixel[c]];
     }
   }
   return rgb;
 }
 
-Perceived perceive(const render::Image& image, const Region& region, const Filters& filters) {
+Perceived perceive(const render::Image& image, const Band& band, const Filters& filters) {
   const int reach = filters.reach;
-  const Planes colors = opponent(linear_rgb(image, region, reach));
+  const Planes colors = opponent(linear_rgb(image, band, reach));
   const auto blur = [&](const Plane& from, const Kernel& kernel) {
     return filter_columns(filter_rows(from, kernel, reach), kernel, reach);
   };
@@ -284,12 +283,11 @@ Flip flip(const render::Image& expected, const render::Image& actual) {
   // A band of rows at a time: its planes stay in the processor's cache.
   constexpr int band_height = 64;
   for (int y = 0; y < expected.height; y += band_height) {
-    const Region band{0, y, width, std::min(band_height, expected.height - y)};
+    const Band band{y, std::min(band_height, expected.height - y)};
     const Plane values =
         visible_difference(perceive(expected, band, filters), perceive(actual, band, filters));
     for (int row = 0; row < band.height; ++row) {
-      std::copy_n(values.col(row).data(), band.width,
-                  &result.map[static_cast<std::size_t>(band.top + row) * width]);
+      std::copy_n(values.col(row).data(), width, &result.map[static_cast<std::size_t>(y + row) * width]);
     }
   }
   double sum = 0;

@@ -20,31 +20,6 @@ int levels_apart(const std::uint8_t* a, const std::uint8_t* b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
 }
 
-/// Returns what differs between two pictures of one size, without a judgement.
-ImageComparison measure(const render::Image& expected, const render::Image& actual, int level) {
-  ImageComparison c;
-  c.pixels = std::int64_t{expected.width} * expected.height;
-  c.left = expected.width;
-  c.top = expected.height;
-  for (int y = 0; y < expected.height; ++y) {
-    for (int x = 0; x < expected.width; ++x) {
-      const int largest = levels_apart(expected.pixel(x, y), actual.pixel(x, y));
-      if (largest == 0) continue;
-      ++c.differing;
-      if (largest > level) ++c.above_level;
-      c.left = std::min(c.left, x);
-      c.right = std::max(c.right, x);
-      c.top = std::min(c.top, y);
-      c.bottom = y;
-      if (largest <= c.max) continue;
-      c.max = largest;
-      c.max_x = x;
-      c.max_y = y;
-    }
-  }
-  return c;
-}
-
 /// Returns the bodies that were visible when the picture was approved and are not drawn any more.
 std::vector<BodyExtent> gone(std::vector<BodyExtent> approved, const std::map<int, BodyBlame>& seen) {
   std::erase_if(approved, [&](const BodyExtent& extent) {
@@ -83,18 +58,35 @@ std::string_view name(Judgement judgement) {
 
 ImageComparison compare(const render::Image& expected, const render::Image& actual,
                         const ImageTolerance& tolerance) {
-  ImageComparison result;
+  ImageComparison c;
   if (expected.width != actual.width || expected.height != actual.height) {
-    result.judgement = Judgement::size;
-    return result;
+    c.judgement = Judgement::size;
+    return c;
   }
-  result.pixels = std::int64_t{expected.width} * expected.height;
-  if (expected.rgb == actual.rgb) return result;
-  result = measure(expected, actual, tolerance.level);
-  result.judgement = result.max > tolerance.hard            ? Judgement::hard
-                     : result.above_level > tolerance.count ? Judgement::count
-                                                            : Judgement::within;
-  return result;
+  c.pixels = std::int64_t{expected.width} * expected.height;
+  if (expected.rgb == actual.rgb) return c;
+  c.left = expected.width;
+  c.top = expected.height;
+  for (int y = 0; y < expected.height; ++y) {
+    for (int x = 0; x < expected.width; ++x) {
+      const int largest = levels_apart(expected.pixel(x, y), actual.pixel(x, y));
+      if (largest == 0) continue;
+      ++c.differing;
+      if (largest > tolerance.level) ++c.above_level;
+      c.left = std::min(c.left, x);
+      c.right = std::max(c.right, x);
+      c.top = std::min(c.top, y);
+      c.bottom = y;
+      if (largest <= c.max) continue;
+      c.max = largest;
+      c.max_x = x;
+      c.max_y = y;
+    }
+  }
+  c.judgement = c.max > tolerance.hard            ? Judgement::hard
+                : c.above_level > tolerance.count ? Judgement::count
+                                                  : Judgement::within;
+  return c;
 }
 
 bool is_blank(const render::Image& image) {

@@ -32,7 +32,6 @@ struct ImageTolerance {
 
 enum class Judgement { exact, within, size, hard, count };
 
-/// "exact", "within tolerance", "size", "hard limit", "pixel count".
 std::string_view name(Judgement judgement);
 
 inline bool passes(Judgement judgement) {

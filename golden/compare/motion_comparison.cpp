@@ -34,12 +34,10 @@ const Track::Frame* track_frame(const LoggedMotion& motion, int frame) {
 }
 
 int first_changed_frame(const LoggedMotion& golden, const LoggedMotion& actual) {
-  const int common = frame_count(golden, actual);
-  for (int k = 0; k < common; ++k) {
-    const auto frame = static_cast<std::size_t>(k);
-    if (golden.log->frames[frame].hash != actual.log->frames[frame].hash) return k;
-  }
-  return golden.log->frames.size() == actual.log->frames.size() ? -1 : common;
+  const auto& a = golden.log->frames;
+  const auto& b = actual.log->frames;
+  const auto other = std::ranges::mismatch(a, b, {}, &PoseLog::Frame::hash, &PoseLog::Frame::hash);
+  return other.in1 == a.end() && other.in2 == b.end() ? -1 : static_cast<int>(other.in1 - a.begin());
 }
 
 /// Returns the bodies whose digests differ; all but the world without tracks.

@@ -31,7 +31,6 @@ struct PoseTolerance {
 
 enum class PoseJudgement { exact, within, differs, end, poses, invariants };
 
-/// "exact", "within tolerance", "not exact", "end", "poses", "invariants".
 std::string_view name(PoseJudgement judgement);
 
 inline bool passes(PoseJudgement judgement) {

@@ -60,7 +60,7 @@ std::string hash_text(std::uint64_t hash) {
 
 std::string read_bytes(const std::filesystem::path& file) {
   std::optional<std::string> bytes = content_of(file);
-  if (!bytes) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  if (!bytes) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
   return std::move(*bytes);
 }
 

@@ -1,6 +1,5 @@
 #include "golden/compare/track.h"
 
-#include <fmt/format.h>
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -8,7 +7,6 @@
 #include <cmath>
 #include <memory>
 #include <set>
-#include <utility>
 
 #include "golden/compare/provenance.h"
 #include "sim/error.h"
@@ -92,7 +90,7 @@ class Input {
 
  private:
   [[noreturn]] void refuse() const {
-    throw Error(fmt::format("{}: is damaged: 'substep check' and 'substep approve' its case again", what_));
+    throw Error("{}: is damaged: 'substep check' and 'substep approve' its case again", what_);
   }
   std::string_view rest_;
   const std::string& what_;
@@ -224,8 +222,7 @@ Track read_track(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file);
   const std::string what = file.string();
   const auto refuse = [&] {
-    throw Error(
-        fmt::format("{}: is not a track: 'substep check' and 'substep approve' its case again", what));
+    throw Error("{}: is not a track: 'substep check' and 'substep approve' its case again", what);
   };
   std::string_view rest = bytes;
   if (rest.substr(0, magic.size()) != magic) refuse();

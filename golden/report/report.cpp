@@ -218,10 +218,6 @@ std::string body(const Json& results, const fs::path& output, std::size_t room) 
   return html + passing(results) + "</main>\n";
 }
 
-void replace(std::string& text, std::string_view mark, std::string_view with) {
-  text.replace(text.find(mark), mark.size(), with);
-}
-
 }  // namespace
 
 fs::path report_file(const fs::path& output) {
@@ -229,14 +225,16 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  std::string page(embedded::report_html());
-  replace(page, "{{title}}", "substep check: " + render::escaped(results.at("totals").get<std::string>()));
-  replace(page, "{{style}}", embedded::report_css());
-  replace(page, "{{script}}", embedded::report_js());
+  const auto page = [&](std::size_t room) {
+    return render::filled(embedded::report_html(),
+                          {{"title", "substep check: " + text_of(results.at("totals"))},
+                           {"style", std::string(embedded::report_css())},
+                           {"script", std::string(embedded::report_js())},
+                           {"body", body(results, output, room)}});
+  };
   // Give pictures the room that text leaves.
-  const std::size_t words = page.size() + body(results, output, 0).size();
-  replace(page, "{{body}}", body(results, output, largest_report - std::min(largest_report, words)));
-  write_file(report_file(output), page);
+  const std::size_t words = page(0).size();
+  write_file(report_file(output), page(largest_report - std::min(largest_report, words)));
 }
 
 }  // namespace substep::golden

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "sim/error.h"
-#include "sim/loading/json_value.h"
 #include "sim/measure/json.h"
 
 namespace substep::golden {
@@ -57,9 +56,8 @@ Sidecar read_sidecar(const std::filesystem::path& file) {
     result.track_hash = json.at("poses").at("track_hash");
     for (const Json& image : json.at("images")) result.pictures.push_back(picture_in(image));
   } catch (const Json::exception&) {
-    throw Error(fmt::format(
-        "{}: is damaged: put back the one that was approved, or delete it and approve the case again",
-        file.string()));
+    throw Error("{}: is damaged: put back the one that was approved, or delete it and approve the case again",
+                file.string());
   }
   return result;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "sim/error.h"
@@ -61,7 +60,7 @@ class Reader : private TomlValues {
     }
     Suite suite{file(), {}};
     const toml::node* cases = root.get("case");
-    if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file().string()));
+    if (cases == nullptr) throw Error("{}: has no [[case]]", file().string());
     if (!cases->is_array_of_tables()) fail(*cases, "'case' must be tables: [[case]]");
     for (const toml::node& node : *cases->as_array()) read_case(*node.as_table(), defaults, suite);
     return suite;
@@ -290,8 +289,7 @@ std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>
     if (std::ranges::any_of(suite.cases, [&](const auto& entry) { return is_named(entry, name); })) continue;
     std::vector<std::string_view> known;
     for (const SuiteCase& entry : suite.cases) known.push_back(entry.name);
-    throw Error(
-        fmt::format("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " ")));
+    throw Error("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " "));
   }
   std::vector<SuiteCase> chosen = suite.cases;
   std::erase_if(chosen, [&](const SuiteCase& entry) {

@@ -24,9 +24,8 @@ struct ExportOptions {
 
 void export_run(const ExportOptions& options) {
   if (options.output) {
-    if (options.output->extension() != ".glb") {
-      throw Error(fmt::format("{}: give a name that ends in .glb", options.output->string()));
-    }
+    if (options.output->extension() != ".glb")
+      throw Error("{}: give a name that ends in .glb", options.output->string());
     require_folder_of(*options.output);
     options.run.require_separate(*options.output);
   }

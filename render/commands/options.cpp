@@ -11,7 +11,6 @@
 #include "render/video/labels.h"
 #include "render/video/panel.h"
 #include "render/video/titles.h"
-#include "sim/commands/output.h"
 #include "sim/error.h"
 #include "sim/log/pose_table.h"
 #include "sim/model/state.h"
@@ -32,16 +31,15 @@ bool is_pose_log(const fs::path& file) {
 /// Returns the scene of a pose table or log. A log names its scene's file.
 Scene scene_of(const RunInput& input) {
   if (is_pose_table(input.file)) {
-    if (!input.scene)
-      throw Error(fmt::format("{}: name the table's scene with --scene FILE", input.file.string()));
+    if (!input.scene) throw Error("{}: name the table's scene with --scene FILE", input.file.string());
     return input.mesh.load(*input.scene);
   }
   const PoseLog log = read_pose_log(input.file);
   const fs::path file = input.scene.value_or(input.file.parent_path() / log.scene);
   std::error_code ignored;
   if (!input.scene && !fs::exists(file, ignored)) {
-    throw Error(fmt::format("{}: its scene {} is not beside it: name it with --scene FILE",
-                            input.file.string(), log.scene));
+    throw Error("{}: its scene {} is not beside it: name it with --scene FILE", input.file.string(),
+                log.scene);
   }
   return input.mesh.load(file);
 }
@@ -52,16 +50,15 @@ PoseLog simulated(const Scene& scene, const SolverOptions& solver, const RunEnd&
   const int most = solver.steps(scene, settings);
   int steps = end.frame || end.time ? 0 : most;
   if (end.frame) {
-    if (*end.frame > most) {
-      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *end.frame, most));
-    }
+    if (*end.frame > most)
+      throw Error("--frame {}: the last is {} (--duration makes more)", *end.frame, most);
     steps = *end.frame;
   }
   if (end.time) {
     const double step = std::round(*end.time / settings.step);
     if (!(step <= most)) {
-      throw Error(fmt::format("--time {:g}: the run ends at {:g} s (--duration makes it longer)", *end.time,
-                              most * settings.step));
+      throw Error("--time {:g}: the run ends at {:g} s (--duration makes it longer)", *end.time,
+                  most * settings.step);
     }
     steps = std::max(steps, static_cast<int>(step));
   }
@@ -85,10 +82,8 @@ double print_width_in(const std::string& text) {
   if (text == "one-column") return 85;
   if (text == "two-columns") return 178;
   const std::optional<double> width = finite_number_in(text);
-  if (!width || !(*width >= 40 && *width <= 1000)) {
-    throw Error(fmt::format(
-        "--width '{}': give one-column (85 mm), two-columns (178 mm) or 40 to 1000, in mm", text));
-  }
+  if (!width || !(*width >= 40 && *width <= 1000))
+    throw Error("--width '{}': give one-column (85 mm), two-columns (178 mm) or 40 to 1000, in mm", text);
   return *width;
 }
 
@@ -156,18 +151,15 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   if (end_) {
     const double end = seconds_in(*end_, "--end");
     if (!(end >= settings.start && end <= settings.duration)) {
-      throw Error(fmt::format(
-          "--end {}: must be from --start to the end of the run, {:g} s (--duration makes it longer)", *end_,
-          settings.duration));
+      throw Error("--end {}: must be from --start to the end of the run, {:g} s (--duration makes it longer)",
+                  *end_, settings.duration);
     }
     settings.duration = end;
   }
   settings.frame_interval = speed / frame_rate;
   settings.threads = threads_;
   settings.cache = cache_.cache();
-  if (!(threads_ >= 1 && threads_ <= 64)) {
-    throw Error(fmt::format("--threads {}: must be from 1 to 64", threads_));
-  }
+  if (!(threads_ >= 1 && threads_ <= 64)) throw Error("--threads {}: must be from 1 to 64", threads_);
   return settings;
 }
 

@@ -43,9 +43,7 @@ void make_page(PlayerOptions& options) {
   ComparisonSettings settings = typed.settings(scene);
   settings.readings = player_readings(scene);
   const fs::path output = options.output.value_or(scene.name + ".html");
-  if (output.extension() != ".html") {
-    throw Error(fmt::format("{}: give a name that ends in .html", output.string()));
-  }
+  if (output.extension() != ".html") throw Error("{}: give a name that ends in .html", output.string());
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
   Comparison comparison;
@@ -88,10 +86,8 @@ void make_pages(PlayerOptions& options) {
   const int made = make_site(site);
   progress.clear();
   fmt::print("wrote {}: {} of {} scenes\n", (site.folder / "index.html").string(), made, site.scenes.size());
-  if (static_cast<std::size_t>(made) < site.scenes.size()) {
-    throw Error(
-        fmt::format("{} scenes could not be shown", site.scenes.size() - static_cast<std::size_t>(made)));
-  }
+  if (static_cast<std::size_t>(made) < site.scenes.size())
+    throw Error("{} scenes could not be shown", site.scenes.size() - static_cast<std::size_t>(made));
 }
 
 void make_player(PlayerOptions& options) {

@@ -29,15 +29,14 @@ int frame_in(const std::string& text) {
   int frame = -1;
   const char* const end = text.data() + text.size();
   const auto parsed = std::from_chars(text.data(), end, frame);
-  if (parsed.ec != std::errc{} || parsed.ptr != end || frame < 0) {
-    throw Error(fmt::format("--frame '{}': give a frame's number or 'all'", text));
-  }
+  if (parsed.ec != std::errc{} || parsed.ptr != end || frame < 0)
+    throw Error("--frame '{}': give a frame's number or 'all'", text);
   return frame;
 }
 
 double time_in(const std::string& text) {
   const double time = seconds_in(text, "--time");
-  if (!(time >= 0)) throw Error(fmt::format("--time '{}': must not be negative", text));
+  if (!(time >= 0)) throw Error("--time '{}': must not be negative", text);
   return time;
 }
 
@@ -60,9 +59,9 @@ int frame_at(const PoseLog& log, double time) {
   const double spacing = log.settings.step * log.full_every;
   const double frame = std::round(time / spacing) * log.full_every;
   if (!(frame < static_cast<double>(log.frames.size()))) {
-    throw Error(fmt::format("--time {:g}: the last frame is at {:g} s{}", time,
-                            static_cast<double>(log.frames.size() - 1) * log.settings.step,
-                            log.end == "ok" ? "" : ", the run " + log.end));
+    throw Error("--time {:g}: the last frame is at {:g} s{}", time,
+                static_cast<double>(log.frames.size() - 1) * log.settings.step,
+                log.end == "ok" ? "" : ", the run " + log.end);
   }
   return static_cast<int>(frame);
 }
@@ -70,13 +69,11 @@ int frame_at(const PoseLog& log, double time) {
 /// Returns the frame's number. Throws Error where the log does not have it, or not its poses.
 int require_frame(const PoseLog& log, int frame) {
   const int last = static_cast<int>(log.frames.size()) - 1;
-  if (frame > last) {
-    throw Error(fmt::format("--frame {}: the last is {}{}", frame, last,
-                            log.end == "ok" ? "" : ", the run " + log.end));
-  }
+  if (frame > last)
+    throw Error("--frame {}: the last is {}{}", frame, last, log.end == "ok" ? "" : ", the run " + log.end);
   if (log.frames[static_cast<std::size_t>(frame)].poses.empty()) {
-    throw Error(fmt::format("--frame {}: the log has poses every {} frames only: ask for {}", frame,
-                            log.full_every, frame / log.full_every * log.full_every));
+    throw Error("--frame {}: the log has poses every {} frames only: ask for {}", frame, log.full_every,
+                frame / log.full_every * log.full_every);
   }
   return frame;
 }
@@ -132,9 +129,9 @@ void require_output(const RenderOptions& options, const fs::path& output, std::s
   if (output.extension() != ".png") {
     std::error_code ignored;
     if (fs::is_directory(output, ignored)) return;
-    throw Error(fmt::format("{}: there is no such folder", output.string()));
+    throw Error("{}: there is no such folder", output.string());
   }
-  if (pictures != 1) throw Error(fmt::format("{}: {} frames need a folder", output.string(), pictures));
+  if (pictures != 1) throw Error("{}: {} frames need a folder", output.string(), pictures);
   require_folder_of(output);
   options.run.require_separate(output);
 }
@@ -187,10 +184,8 @@ void draw_run(const RenderOptions& options) {
 void render(RenderOptions& options) {
   options.run.file = options.inputs.front();
   if (options.layout == "sheet") return draw_sheet(options);
-  if (options.inputs.size() > 1) {
-    throw Error(fmt::format("{}: is a second input: several are drawn with --layout sheet",
-                            options.inputs[1].string()));
-  }
+  if (options.inputs.size() > 1)
+    throw Error("{}: is a second input: several are drawn with --layout sheet", options.inputs[1].string());
   if (options.layout == "stills") return draw_stills(options);
   draw_run(options);
 }
@@ -232,7 +227,7 @@ void check_options(const CLI::App& command, RenderOptions& options) {
     const std::string& group = option->get_group();
     const bool is_of_another = (group == sheet_options && options.layout != "sheet") ||
                                (group == stills_options && options.layout != "stills");
-    if (is_of_another) throw Error(fmt::format("--{}: only {}", name, "w" + group.substr(1)));
+    if (is_of_another) throw Error("--{}: only {}", name, "w" + group.substr(1));
     const bool is_of_picture =
         name == "inputs" || name == "size" || name == "output" || name == "camera" || name == "layout";
     options.asks_for_run = options.asks_for_run || !is_of_picture;

@@ -41,9 +41,8 @@ std::vector<double> times_in(const std::vector<std::string>& typed, double durat
   for (const std::string& text : typed) {
     const double time = seconds_in(text, "--time");
     if (!(time >= 0 && time <= duration + 1e-9)) {
-      throw Error(fmt::format(
-          "--time '{}': must be from 0 to the end of the run, {:g} s (--duration makes it longer)", text,
-          duration));
+      throw Error("--time '{}': must be from 0 to the end of the run, {:g} s (--duration makes it longer)",
+                  text, duration);
     }
     times.push_back(time);
   }
@@ -63,8 +62,7 @@ void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   const double total_width = print_width_in(*options.width) / inch * options.dpi;
   const double gaps = gap_of(sheet) * (columns + 1);
   sheet.width = static_cast<int>(std::floor((total_width - gaps) / columns));
-  if (sheet.width < 16)
-    throw Error(fmt::format("--width {}: leaves no room for {} pictures", *options.width, columns));
+  if (sheet.width < 16) throw Error("--width {}: leaves no room for {} pictures", *options.width, columns);
   sheet.height = static_cast<int>(std::lround(static_cast<double>(sheet.width) * size.height / size.width));
 }
 
@@ -115,7 +113,7 @@ void draw_stills(const RenderOptions& options) {
   const fs::path output = options.output.value_or(scene.name + ".png");
   const bool is_pdf = output.extension() == ".pdf";
   if (output.extension() != ".png" && !is_pdf)
-    throw Error(fmt::format("{}: give a name that ends in .png or .pdf", output.string()));
+    throw Error("{}: give a name that ends in .png or .pdf", output.string());
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
   TimeSheet drawn;

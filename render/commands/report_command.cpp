@@ -54,7 +54,7 @@ report::PictureFormat format_of(const fs::path& output) {
   if (extension == ".svg") return report::PictureFormat::svg;
   if (extension == ".pdf") return report::PictureFormat::pdf;
   if (extension == ".png") return report::PictureFormat::png;
-  throw Error(fmt::format("{}: give a name that ends in .svg, .pdf or .png", output.string()));
+  throw Error("{}: give a name that ends in .svg, .pdf or .png", output.string());
 }
 
 /// Reads FROM:TO; nothing where it was not typed. Throws Error.
@@ -64,9 +64,7 @@ std::optional<std::array<double, 2>> range_in(const std::optional<std::string>& 
   const std::optional<double> from = finite_number_in(std::string_view(*text).substr(0, colon));
   const std::optional<double> to =
       finite_number_in(std::string_view(*text).substr(std::min(colon + 1, text->size())));
-  if (!from || !to || !(*from < *to)) {
-    throw Error(fmt::format("{} '{}': give FROM:TO, the lesser first", option, *text));
-  }
+  if (!from || !to || !(*from < *to)) throw Error("{} '{}': give FROM:TO, the lesser first", option, *text);
   return std::array{*from, *to};
 }
 
@@ -80,9 +78,8 @@ void draw_figure(const FigureOptions& options) {
   // Leave out the caption in print: documents have their own, and the .txt file has it
   style.caption = !options.no_caption && (!options.width || options.caption);
   // Reject marks that would end the quoted font in gnuplot's script
-  if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty()) {
-    throw Error(fmt::format("--font '{}': give a font's name", style.font));
-  }
+  if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty())
+    throw Error("--font '{}': give a font's name", style.font);
   const auto x_range = range_in(options.x_range, "--x-range");
   const auto y_range = range_in(options.y_range, "--y-range");
   require_folder_of(output);
@@ -173,7 +170,7 @@ struct ReportOptions {
 Sweep sweep_of(const ReportOptions& options) {
   if (options.inputs.front().extension() != ".toml") return substep::sweep_of(options.inputs, options.maps);
   if (options.inputs.size() > 1)
-    throw Error(fmt::format("{}: give one sweep file, or scenes", options.inputs[1].string()));
+    throw Error("{}: give one sweep file, or scenes", options.inputs[1].string());
   if (options.maps) throw Error("--maps: give scenes; a sweep file has its own lists of n, h, τ and κ");
   return read_sweep(options.inputs.front());
 }
@@ -182,7 +179,7 @@ Sweep sweep_of(const ReportOptions& options) {
 report::Cost table_cost(const std::string& name) {
   if (name == "descendants-rows") return report::Cost::rows;
   if (name == "descendants-time") return report::Cost::time;
-  throw Error(fmt::format("--table '{}': give descendants-rows or descendants-time", name));
+  throw Error("--table '{}': give descendants-rows or descendants-time", name);
 }
 
 /// Draws the scene's end by the five algorithms with default settings, three pictures in a row.
@@ -212,7 +209,7 @@ void report(const ReportOptions& options) {
   const Sweep sweep = sweep_of(options);
   std::error_code failure;
   fs::create_directories(options.output / "figures", failure);
-  if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
+  if (failure) throw Error("{}: cannot be made: {}", options.output.string(), failure.message());
   const fs::path& results = options.output;
   note_damaged_jobs(sweep, results);
   report::Document page;

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -43,9 +42,8 @@ void make(VideoOptions& options) {
   if (!options.strips.empty()) video.strips = strips_named(options.strips);
   // CLI11's range check lets NaN pass.
   if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
-  if (video.poster_time && !std::isfinite(*video.poster_time)) {
-    throw Error(fmt::format("--poster-time {}: give seconds", *video.poster_time));
-  }
+  if (video.poster_time && !std::isfinite(*video.poster_time))
+    throw Error("--poster-time {}: give seconds", *video.poster_time);
   const ImageSize size = image_size_in(options.size);
   video.width = size.width;
   video.height = size.height;
@@ -55,9 +53,8 @@ void make(VideoOptions& options) {
     video.frames->replace_extension();
     video.output.replace_extension(".mp4");
   }
-  if (video.loop && video.loop->extension() != ".gif") {
-    throw Error(fmt::format("--loop {}: must be a .gif file", video.loop->string()));
-  }
+  if (video.loop && video.loop->extension() != ".gif")
+    throw Error("--loop {}: must be a .gif file", video.loop->string());
   std::vector<GivenFile> outputs{{"--output", video.output}};
   for (const auto& [role, file] : {std::pair("--frames", video.frames), std::pair("--poster", video.poster),
                                    std::pair("--loop", video.loop)}) {

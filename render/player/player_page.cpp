@@ -62,10 +62,6 @@ Json rounded(const std::vector<double>& values) {
   return result;
 }
 
-Vector3 vector(const glm::dvec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 /// Returns the tangent of the angle to the side that the picture must show: of the outermost corner in view.
 double side_of(const View& view, std::span<const Part> parts,
                std::span<const std::vector<Coordinates>> frames) {
@@ -74,8 +70,8 @@ double side_of(const View& view, std::span<const Part> parts,
     for (const Part& part : parts) {
       if (is_scenery(part, parts)) continue;
       for (const Vector3& corner : part.corners_at(frame[part.body])) {
-        const Vector3 p = corner - vector(view.eye);
-        const double tangent = std::abs(p.dot(vector(view.right))) / p.dot(vector(view.forward));
+        const Vector3 p = corner - to_eigen(view.eye);
+        const double tangent = std::abs(p.dot(to_eigen(view.right))) / p.dot(to_eigen(view.forward));
         if (tangent > side && tangent < view.tangent_x) side = tangent;
       }
     }
@@ -87,10 +83,10 @@ double side_of(const View& view, std::span<const Part> parts,
 Json view_of(const Scene& scene, const Comparison& comparison, std::span<const Part> parts) {
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   const View view = Renderer(scene, {.width = 320, .height = 180, .steps_back = true}, seen).view();
-  const Vector3 eye = vector(view.eye);
-  const double distance = std::max((middle_of(scene) - eye).dot(vector(view.forward)), 0.1);
+  const Vector3 eye = to_eigen(view.eye);
+  const double distance = std::max((middle_of(scene) - eye).dot(to_eigen(view.forward)), 0.1);
   return {{"eye", list(eye)},
-          {"target", list(Vector3(eye + distance * vector(view.forward)))},
+          {"target", list(Vector3(eye + distance * to_eigen(view.forward)))},
           {"tangent", view.tangent_y},
           {"side", side_of(view, parts, seen)}};
 }

@@ -39,7 +39,7 @@ function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
 
 /** Returns a material's textures in the order of Surface::Role, with a white one for each that it lacks. */
 function texturesOf(gltf, material) {
-  const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness || {};
+  const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness;
   const infos = [baseColorTexture, metallicRoughnessTexture, material.normalTexture, material.occlusionTexture, material.emissiveTexture];
   return infos.map((info, role) => {
     const isColor = role === 0 || role === 4;
@@ -48,23 +48,22 @@ function texturesOf(gltf, material) {
     const {offset = [0, 0], rotation = 0, scale = [1, 1]} = (info.extensions || {}).KHR_texture_transform || {};
     const [c, s] = [Math.cos(rotation), Math.sin(rotation)];
     const uv_matrix = [c * scale[0], s * scale[1], -s * scale[0], c * scale[1]];
-    return {image: source, isColor, sampler: gltf.samplers[sampler], uv_matrix, offset, coordinates: info.texCoord || 0};
+    return {image: source, isColor, sampler: gltf.samplers[sampler], uv_matrix, offset, coordinates: info.texCoord};
   });
 }
 
 /** Returns a material as the uniforms that LOOKS declares. */
 function lookOf(gltf, material) {
-  const {baseColorFactor = [1, 1, 1, 1], metallicFactor = 1, roughnessFactor = 1} = material.pbrMetallicRoughness || {};
+  const {baseColorFactor, metallicFactor, roughnessFactor} = material.pbrMetallicRoughness;
   const {KHR_materials_unlit: unlit, KHR_materials_emissive_strength: strong} = material.extensions || {};
-  const {normalTexture, occlusionTexture, emissiveFactor = [0, 0, 0], alphaMode, alphaCutoff = 0.5} = material;
+  const {normalTexture, occlusionTexture, emissiveFactor = [0, 0, 0], alphaMode, alphaCutoff} = material;
   const textures = texturesOf(gltf, material);
   const emitted = emissiveFactor.map((level) => level * (strong ? strong.emissiveStrength : 1));
-  const normals = normalTexture ? normalTexture.scale ?? 1 : 0;
-  const occlusion = occlusionTexture ? occlusionTexture.strength ?? 1 : 1;
+  const strengths = [normalTexture ? normalTexture.scale : 0, occlusionTexture ? occlusionTexture.strength : 1];
   return {
     color: baseColorFactor.slice(0, 3), metallic_roughness: [metallicFactor, roughnessFactor], textures, isBlended: alphaMode === 'BLEND',
     image_turns: textures.flatMap(({uv_matrix}) => uv_matrix), image_offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
-    emission: [...emitted, unlit ? 1 : 0], strengths: [normals, occlusion],
+    emission: [...emitted, unlit ? 1 : 0], strengths,
     opacity: [baseColorFactor[3], alphaMode === 'MASK' ? alphaCutoff : 0, alphaMode === 'BLEND' ? 1 : 0, material.doubleSided ? 1 : 0],
   };
 }
@@ -97,7 +96,7 @@ async function modelsFrom(bytes) {
     };
   }));
   const images = await Promise.all((gltf.images || []).map(({bufferView, mimeType}) => {
-    const {byteOffset = 0, byteLength} = gltf.bufferViews[bufferView];
+    const {byteOffset, byteLength} = gltf.bufferViews[bufferView];
     const file = new Blob([bytes.slice(binary + byteOffset, binary + byteOffset + byteLength)], {type: mimeType});
     return createImageBitmap(file, {premultiplyAlpha: 'none', colorSpaceConversion: 'none'});
   }));

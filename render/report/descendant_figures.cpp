@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "render/report/figures.h"
+#include "render/report/report_tables.h"
 #include "sim/descendants/descendants.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/study/sweep_results.h"
@@ -72,7 +73,7 @@ bool is_a5(const std::vector<Contender>& all, const Settings& settings) {
 
 /// Returns row solves, or ms of CPU time, of a simulated second.
 double price_of(const SweepRecord& record, Cost cost) {
-  if (cost == Cost::rows) return static_cast<double>(record.metrics->row_solves) / record.duration;
+  if (cost == Cost::rows) return row_rate(record);
   return record.times ? 1000 * record.times->median / record.duration : NAN;
 }
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "render/markup.h"
 #include "sim/math/base64.h"
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
@@ -125,7 +124,7 @@ const ReportFigure& figure_named(const std::string& name) {
   if (found != figures().end()) return *found;
   std::vector<std::string_view> names;
   for (const ReportFigure& figure : figures()) names.push_back(figure.name);
-  throw Error(fmt::format("there is no figure '{}'; there are {}", name, fmt::join(names, " ")));
+  throw Error("there is no figure '{}'; there are {}", name, fmt::join(names, " "));
 }
 
 std::vector<TextTable> numbers_of(const Sheet& sheet) {

@@ -62,15 +62,11 @@ Sheet order_sheet(const FigureSource& source);
 Sheet slopes_sheet(const FigureSource& source);
 Sheet equal_rows_sheet(const FigureSource& source);
 
-/// Draws a panel for each scene and algorithm that ran several n with several steps.
 Sheet step_map_sheet(const FigureSource& source);
-/// Draws a panel for each scene and algorithm that ran several τ with several κ, for joints and contacts
-/// alike.
 Sheet factor_map_sheet(const FigureSource& source);
 Sheet mass_ratio_sheet(const FigureSource& source);
 Sheet stiffness_sheet(const FigureSource& source);
 Sheet stability_sheet(const FigureSource& source);
-/// Draws the behaviour of three stacked boxes in AVBD over their mass and β.
 Sheet avbd_stability_sheet(const FigureSource& source);
 
 Sheet drift_sheet(const FigureSource& source);
@@ -78,7 +74,6 @@ Sheet size_sheet(const FigureSource& source);
 /// Draws FigureSource::problems. Throws Error where there are none or more than twelve.
 Sheet sweep_errors_sheet(const FigureSource& source);
 Sheet coupled_rows_sheet(const FigureSource& source);
-/// Draws the cost of each approximation of A4 and A5.
 Sheet ablation_sheet(const FigureSource& source);
 
 /// The cost at which A3 and A5 are compared with their descendants: Soft Step, small-step XPBD, AVBD and
@@ -86,11 +81,8 @@ Sheet ablation_sheet(const FigureSource& source);
 enum class Cost { rows, time };
 /// Draws a panel for each scene: the algorithms' and their descendants' figure of merit against cost.
 Sheet descendants_sheet(const FigureSource& source, Cost cost);
-/// Draws a panel for each scene: A5 by n, with warm starts.
 Sheet warm_start_sheet(const FigureSource& source);
-/// Draws the fewest sub-steps, or iterations, that hold a stack and a chain, by mass ratio.
 Sheet needed_substeps_sheet(const FigureSource& source);
-/// Draws τ and κ of A5, of XPBD and of Soft Step's rows.
 Sheet soft_rows_sheet(const FigureSource& source);
 /// Returns tables of the merit at the cost of A5 with 16 sub-steps: one for scenes that stand, one for scenes
 /// that move.

@@ -224,25 +224,22 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
       style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
   // Cairo's terminals assume 96 points in an inch, and so does the layout's measurement of text.
   constexpr double points = 0.75;
-  switch (format) {
-    case PictureFormat::svg:
-      // gnuplot's SVG is transparent by default.
-      return fmt::format("set terminal svg size {:.0f},{:.0f} font '{},12' {}\n", layout.width, layout.height,
-                         style.font, style.transparent ? "" : ground);
-    case PictureFormat::pdf:
-      return fmt::format(
-          "set terminal pdfcairo size {:.4f},{:.4f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
-          "dashlength 0.5 pointscale {:.4g} {}\n",
-          layout.width * unit / 72, layout.height * unit / 72, style.font, unit * points, unit, unit,
-          style.transparent ? "transparent" : "");
-    case PictureFormat::png:
-      break;
+  if (format == PictureFormat::svg) {
+    // gnuplot's SVG is transparent by default.
+    return fmt::format("set terminal svg size {:.0f},{:.0f} font '{},12' {}\n", layout.width, layout.height,
+                       style.font, style.transparent ? "" : ground);
   }
-  const double pixels = unit * style.dpi / 72;
+  const bool is_pdf = format == PictureFormat::pdf;
+  const double scale = is_pdf ? unit : unit * style.dpi / 72;
+  // The size is in inches in a PDF, whose ground is white by default, and in pixels in a PNG
+  const std::string size =
+      is_pdf ? fmt::format("{:.4f},{:.4f}", layout.width * unit / 72, layout.height * unit / 72)
+             : fmt::format("{:.0f},{:.0f}", layout.width * scale, layout.height * scale);
   return fmt::format(
-      "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} dashlength "
-      "0.5 pointscale {:.4g} {}\n",
-      layout.width * pixels, layout.height * pixels, style.font, pixels * points, pixels, pixels, ground);
+      "set terminal {}cairo size {} font '{},12' fontscale {:.4g} linewidth {:.4g} dashlength 0.5 pointscale "
+      "{:.4g} {}\n",
+      is_pdf ? "pdf" : "png", size, style.font, scale * points, scale, scale,
+      is_pdf && !style.transparent ? "" : ground);
 }
 
 /// Gives an SVG its size in print.
@@ -268,12 +265,12 @@ std::string gnuplot(const std::string& script) {
         ChildProcess({"gnuplot"}, {in.descriptor(), out.descriptor(), messages.descriptor()}).succeeds();
   } catch (const std::system_error& error) {
     throw Error(
-        fmt::format("the program gnuplot, which draws figures, cannot be started ({}): on Debian, apt-get "
-                    "install gnuplot-nox",
-                    error.code().message()));
+        "the program gnuplot, which draws figures, cannot be started ({}): on Debian, apt-get "
+        "install gnuplot-nox",
+        error.code().message());
   }
   std::string text = out.content();
-  if (!succeeds || text.empty()) throw Error(fmt::format("gnuplot failed: {}", messages.content()));
+  if (!succeeds || text.empty()) throw Error("gnuplot failed: {}", messages.content());
   return text;
 }
 
@@ -288,7 +285,7 @@ void require_named(const std::vector<std::string>& titles, const std::vector<std
     if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); })) {
       continue;
     }
-    throw Error(fmt::format("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; ")));
+    throw Error("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; "));
   }
 }
 
@@ -336,9 +333,8 @@ Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
   const auto set = [](Axis& axis, const std::optional<std::array<double, 2>>& range) {
     if (!range) return;
     if (axis.logarithmic && !((*range)[0] > 0)) {
-      throw Error(
-          fmt::format("the range {:g}:{:g} of '{}': the axis is logarithmic, and has nothing at 0 and below",
-                      (*range)[0], (*range)[1], axis.title));
+      throw Error("the range {:g}:{:g} of '{}': the axis is logarithmic, and has nothing at 0 and below",
+                  (*range)[0], (*range)[1], axis.title);
     }
     axis.range = range;
   };
@@ -350,10 +346,8 @@ Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
 }
 
 std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
-  if (sheet.panels.empty()) {
-    throw Error(
-        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title));
-  }
+  if (sheet.panels.empty())
+    throw Error("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title);
   // Points in a unit of the picture; a PNG has 96 units in an inch.
   const double unit = style.width ? style.text / 12 : format == PictureFormat::png ? 0.75 : 1;
   const Layout layout = layout_of(sheet, style, style.width ? *style.width / 25.4 * 72 / unit : 0);

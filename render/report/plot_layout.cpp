@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "render/text.h"
 
@@ -14,25 +13,10 @@ namespace {
 constexpr double right_margin = 16;  // also room for half of a tic's label
 constexpr double text_size = 12;
 
-/// Breaks lines between words, so that none is wider than `most`.
-std::vector<std::string> wrapped(const std::vector<std::string>& lines, double most, double size) {
-  std::vector<std::string> result;
-  for (const std::string& line : lines) {
-    std::string now;
-    std::size_t begin = 0;
-    while (begin < line.size()) {
-      const std::size_t end = std::min(line.find(' ', begin), line.size());
-      std::string longer = now + (now.empty() ? "" : " ") + line.substr(begin, end - begin);
-      if (!now.empty() && width_of(longer, size) > most) {
-        result.push_back(now);
-        longer = line.substr(begin, end - begin);
-      }
-      now = std::move(longer);
-      begin = end + 1;
-    }
-    result.push_back(now);
-  }
-  return result;
+/// Returns the style of text in the figures' font.
+render::TextStyle text_style(double size) {
+  constexpr double from_ascender_to_descender = 1.164;  // of DejaVu Sans, in its size
+  return {.size = size * from_ascender_to_descender};
 }
 
 /// Returns the widest text of an axis' tics, whether given or gnuplot's own.
@@ -85,7 +69,7 @@ double place_legend(const Sheet& sheet, double top, Layout& layout) {
   const double room = layout.width - 2 * border;
   double widest = 0;
   for (const auto& [title, style] : series_titles(sheet)) {
-    LegendEntry entry{wrapped({title}, room - sample_width - sample_gap, text_size), style};
+    LegendEntry entry{render::wrapped(title, text_style(text_size), room - sample_width - sample_gap), style};
     for (const std::string& line : entry.lines)
       widest = std::max(widest, sample_width + sample_gap + width_of(line, text_size));
     layout.legend.push_back(std::move(entry));
@@ -139,8 +123,7 @@ double Layout::bottom(std::size_t panel) const {
 }
 
 double width_of(const std::string& text, double size) {
-  constexpr double from_ascender_to_descender = 1.164;  // of DejaVu Sans, in its size
-  return render::text_width(text, {.size = size * from_ascender_to_descender});
+  return render::text_width(text, text_style(size));
 }
 
 std::vector<std::pair<std::string, SeriesStyle>> series_titles(const Sheet& sheet) {
@@ -159,7 +142,9 @@ Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width) {
   Layout layout;
   layout.width = width > 0 ? width : sheet.width;
   layout.title_size = is_print ? 13 : 15;
-  if (style.title) layout.title = wrapped({sheet.title}, layout.width - 16, layout.title_size);
+  if (style.title) {
+    layout.title = render::wrapped(sheet.title, text_style(layout.title_size), layout.width - 16);
+  }
   layout.panels_top =
       4 + (style.title ? (is_print ? 6 : 18) + 18 * static_cast<double>(layout.title.size()) : 0);
   place_panels(sheet, is_print, layout);
@@ -170,7 +155,10 @@ Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width) {
   if (const std::string line = left_out_line(sheet.left_out); !line.empty()) lines.push_back(line);
   // Join the caption's lines to one paragraph in print
   if (is_print) lines = {fmt::format("{}", fmt::join(lines, " "))};
-  layout.caption = wrapped(lines, layout.width - 16, caption_size);
+  for (const std::string& line : lines) {
+    std::ranges::move(render::wrapped(line, text_style(caption_size), layout.width - 16),
+                      std::back_inserter(layout.caption));
+  }
   layout.caption_top = layout.height + 0.5 * line_height;
   layout.height += static_cast<double>(layout.caption.size()) * line_height + 4;
   return layout;

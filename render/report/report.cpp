@@ -4,11 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
-#include <map>
 #include <set>
 #include <sstream>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <string_view>
@@ -15,10 +14,6 @@
 
 namespace substep::report {
 namespace {
-
-double rows_a_second(const SweepRecord& record) {
-  return static_cast<double>(record.metrics->row_solves) / record.duration;
-}
 
 /// Returns a run's CPU time for a simulated second, with its spread; empty where it was not timed.
 std::string milliseconds(const SweepRecord& record) {
@@ -30,7 +25,7 @@ std::string milliseconds(const SweepRecord& record) {
 
 /// Returns milliseconds, or rows where there are no times.
 std::string price(const SweepRecord& record) {
-  return record.times ? milliseconds(record) : short_number(rows_a_second(record));
+  return record.times ? milliseconds(record) : short_number(row_rate(record));
 }
 
 /// Returns the settings without the algorithm's name.
@@ -63,6 +58,10 @@ std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
 }
 
 }  // namespace
+
+double row_rate(const SweepRecord& record) {
+  return static_cast<double>(record.metrics->row_solves) / record.duration;
+}
 
 bool has_times(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
@@ -174,7 +173,7 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
     for (const SweepRecord* const run : best) {
       if (run && (!winner || error_or_gap_of(*run) < error_or_gap_of(*winner))) winner = run;
     }
-    const double shown = cheap->times ? 1000 * most : equal_cost_factor * rows_a_second(*cheap);
+    const double shown = cheap->times ? 1000 * most : equal_cost_factor * row_rate(*cheap);
     std::vector<std::string> row{scene, short_number(shown)};
     for (std::size_t i = 0; i < best.size(); ++i) {
       if (!best[i]) {
@@ -201,7 +200,7 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
     table.rows.push_back({run.label, (exceeds_uncertainty(run) ? "" : "≈") + percent(error_or_gap_of(run)),
                           short_number(x.error.position.largest), short_number(x.joint_gap),
                           short_number(x.penetration), short_number(x.energy_change),
-                          short_number(rows_a_second(run)), milliseconds(run)});
+                          short_number(row_rate(run)), milliseconds(run)});
   }
   return table;
 }

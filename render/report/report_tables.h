@@ -18,6 +18,9 @@ TextTable choices_table(const std::vector<SweepRecord>& records);
 /// Returns the cheapest run of one scene, a row for each tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
 
+/// Returns the rows that a measured run solves in a simulated second.
+double row_rate(const SweepRecord& record);
+
 /// Returns whether any run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 

@@ -107,7 +107,7 @@ Sheet size_sheet(const FigureSource& source) {
 Sheet sweep_errors_sheet(const FigureSource& source) {
   constexpr std::size_t most = 12;
   if (source.problems.empty() || source.problems.size() > most)
-    throw Error(fmt::format("give one to {} friction problems with --problem", most));
+    throw Error("give one to {} friction problems with --problem", most);
   Panel panel{.x = {"sweeps", true}, .y = {"natural-map error", true}};
   for (const std::filesystem::path& file : source.problems) {
     const FrozenProblem problem = load_frozen_problem(file);
@@ -157,7 +157,7 @@ Sheet coupled_rows_sheet(const FigureSource& source) {
 Sheet ablation_sheet(const FigureSource& source) {
   Panel panel{.x = {"", false, std::array{0.5, 5.5}, "("}, .y = {"largest distance from A3, m", true}};
   for (std::size_t i = 1; i < approximations.size(); ++i) {
-    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", name(approximations[i]), i);
+    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", approximations[i].name, i);
   }
   panel.x.tics += ")";
   struct AblatedScene {

@@ -46,8 +46,8 @@ bool is_ours(const RunFamily& family) {
 
 /// Returns whether the family is of A1 to A5 or of the reference integrator.
 bool is_ours_or_accurate(const RunFamily& family) {
-  const auto found = std::ranges::find(engines(), family.runs.front().engine, &Engine::name);
-  return is_ours(family) || (found != engines().end() && found->is_ours);
+  const Engine* const engine = find_engine(family.runs.front().engine);
+  return is_ours(family) || (engine && engine->is_ours);
 }
 
 /// Returns whether, in a scene without contacts, a twin of the family with τ = κ = 1 was measured. The figure
@@ -66,11 +66,11 @@ SeriesStyle family_style(const RunFamily& family, bool contacts) {
   const SweepRecord& record = family.runs.front();
   if (!record.engine.empty()) {
     SeriesStyle style{5, 4};
-    const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
-    if (found == engines().end()) return style;
+    const Engine* const found = find_engine(record.engine);
+    if (!found) return style;
     constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
     style.hue = render::hue_of_engine(record.engine);
-    style.shape = shapes.at(static_cast<std::size_t>(found - engines().begin()) % shapes.size());
+    style.shape = shapes.at(static_cast<std::size_t>(found - engines().data()) % shapes.size());
     return style;
   }
   SeriesStyle style = style_of(record.settings.algorithm);
@@ -225,10 +225,6 @@ Sheet error_sheet(const std::vector<SweepRecord>& records, const std::vector<std
   }
   captioner.finish(sheet);
   return sheet;
-}
-
-double row_rate(const SweepRecord& record) {
-  return static_cast<double>(record.metrics->row_solves) / record.duration;
 }
 
 double substep_of(const SweepRecord& record) {

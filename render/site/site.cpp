@@ -128,7 +128,7 @@ std::string html_of(std::string_view markdown, const std::vector<std::string>& n
   return with_addresses(with_addresses(html, "href", address), "src", address);
 }
 
-/// Returns a page of the site. `mark`: what its head has beside the title.
+/// Returns a page of the site. `head`: what its head has beside the title.
 std::string page_of(const std::string& title, std::string_view head, const std::string& body) {
   return filled(embedded::page_html(), {{"title", escaped(title)},
                                         {"head", std::string(head)},
@@ -161,23 +161,19 @@ std::string scene_page(const SceneText& text, const Comparison& comparison,
 void require_site_or_nothing(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder, ignored)) return;
-  if (!fs::is_directory(folder, ignored)) {
-    throw Error(fmt::format("{}: is not a folder: name another for the site", folder.string()));
-  }
+  if (!fs::is_directory(folder, ignored))
+    throw Error("{}: is not a folder: name another for the site", folder.string());
   if (fs::is_empty(folder, ignored)) return;
-  if (content_of(folder / "index.html").value_or("").find(mark) == std::string::npos) {
-    throw Error(
-        fmt::format("{}: holds what is no site of 'substep player': name another folder", folder.string()));
-  }
+  if (content_of(folder / "index.html").value_or("").find(mark) == std::string::npos)
+    throw Error("{}: holds what is no site of 'substep player': name another folder", folder.string());
 }
 
 std::vector<std::string> names_of(const std::vector<fs::path>& scenes) {
   std::vector<std::string> names;
   for (const fs::path& scene : scenes) {
     const std::string name = scene.stem().string();
-    if (std::ranges::find(names, name) != names.end() || name == "index.html") {
-      throw Error(fmt::format("{}: another scene has the name {}: give one of them", scene.string(), name));
-    }
+    if (std::ranges::find(names, name) != names.end() || name == "index.html")
+      throw Error("{}: another scene has the name {}: give one of them", scene.string(), name);
     names.push_back(name);
   }
   return names;
@@ -199,22 +195,12 @@ Image poster_of(const Scene& scene, const Comparison& comparison) {
   return Renderer(scene, settings, seen_frames(scene, comparison)).draw(poses);
 }
 
-/// Replaces an earlier folder by a whole one.
-void publish(PartialFile& whole, const fs::path& folder) {
-  std::error_code failure;
-  fs::remove_all(folder, failure);
-  if (failure) throw Error(fmt::format("{}: {}", folder.string(), failure.message()));
-  whole.publish();
-}
-
 /// Writes a scene's folder and returns its entry of the index.
 std::string make_scene(const SiteSettings& settings, const fs::path& file,
                        const std::vector<std::string>& names, double begun) {
   const std::string name = file.stem().string();
   const double share = 1.0 / static_cast<double>(names.size());
-  const auto show = [&](double done) {
-    if (settings.progress) settings.progress(name, begun + share * done);
-  };
+  const auto show = [&](double done) { settings.progress(name, begun + share * done); };
   show(0);
   const Scene scene = load_scene(file);
   const ComparisonSettings compared = settings.comparison(scene);
@@ -236,7 +222,11 @@ std::string make_scene(const SiteSettings& settings, const fs::path& file,
     video.progress = [&](std::string_view, double done) { show(0.5 + 0.5 * done); };
     make_video(scene, video, comparison);
   }
-  publish(whole, folder);
+  // Replace an earlier folder.
+  std::error_code failure;
+  fs::remove_all(folder, failure);
+  if (failure) throw Error("{}: {}", folder.string(), failure.message());
+  whole.publish();
   const std::string place = in_address(name);
   return fmt::format(
       "<li><a href=\"{0}/index.html\"><img src=\"{0}/poster.png\" width=\"640\" height=\"360\" alt=\"\" "
@@ -251,7 +241,7 @@ int make_site(const SiteSettings& settings) {
   const std::vector<std::string> names = names_of(settings.scenes);
   std::error_code failure;
   fs::create_directories(settings.folder, failure);
-  if (failure) throw Error(fmt::format("{}: {}", settings.folder.string(), failure.message()));
+  if (failure) throw Error("{}: {}", settings.folder.string(), failure.message());
   // Write an index first, so that a site that was interrupted can be written again.
   const auto write_index = [&](const std::string& entries) {
     const std::string body =
@@ -267,7 +257,7 @@ int make_site(const SiteSettings& settings) {
                             static_cast<double>(i) / static_cast<double>(names.size()));
       ++made;
     } catch (const Error& error) {
-      if (settings.failure) settings.failure(settings.scenes[i], error.what());
+      settings.failure(settings.scenes[i], error.what());
     }
   }
   write_index(entries);

@@ -20,9 +20,9 @@ struct SiteSettings {
   double speed = 1;
   /// Returns the runs that are compared in a scene. Throws Error.
   std::function<ComparisonSettings(const Scene&)> comparison;
-  /// Receives the current task and the fraction done; may be empty.
+  /// Receives the current task and the fraction done.
   std::function<void(std::string_view stage, double share)> progress;
-  /// Receives each scene that could not be shown, and the reason; may be empty.
+  /// Receives each scene that could not be shown, and the reason.
   std::function<void(const std::filesystem::path& scene, std::string_view why)> failure;
 };
 

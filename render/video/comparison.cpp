@@ -7,7 +7,7 @@
 #include <memory>
 #include <stop_token>
 
-#include "render/video/reference_run.h"
+#include "render/video/recorded_run.h"
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_table.h"
@@ -18,26 +18,20 @@ namespace substep::render {
 namespace {
 
 void check(const ComparisonSettings& settings) {
-  if (!(settings.duration >= 0 && settings.duration <= 3600)) {
-    throw Error(fmt::format("duration {} s: a video can have from 0 to 3600", settings.duration));
-  }
-  if (!(settings.start >= 0 && settings.start <= settings.duration)) {
-    throw Error(
-        fmt::format("start {} s: must be from 0 to the duration, {} s", settings.start, settings.duration));
-  }
-  if ((settings.duration - settings.start) / settings.frame_interval > 200000) {
+  if (!(settings.duration >= 0 && settings.duration <= 3600))
+    throw Error("duration {} s: a video can have from 0 to 3600", settings.duration);
+  if (!(settings.start >= 0 && settings.start <= settings.duration))
+    throw Error("start {} s: must be from 0 to the duration, {} s", settings.start, settings.duration);
+  if ((settings.duration - settings.start) / settings.frame_interval > 200000)
     throw Error("the film has more than 200000 frames: shorten it with --duration, or show it less slowly");
-  }
-  if (!(settings.reference_substeps >= 2 && settings.reference_substeps <= 10000)) {
-    throw Error(fmt::format("reference sub-steps {}: must be from 2 to 10000", settings.reference_substeps));
-  }
+  if (!(settings.reference_substeps >= 2 && settings.reference_substeps <= 10000))
+    throw Error("reference sub-steps {}: must be from 2 to 10000", settings.reference_substeps);
   if (settings.panels.empty()) throw Error("a film needs at least one panel");
   constexpr std::size_t most = 64;
-  if (settings.panels.size() > most) throw Error(fmt::format("a film has at most {} panels", most));
+  if (settings.panels.size() > most) throw Error("a film has at most {} panels", most);
   for (const PanelChoice& panel : settings.panels) {
-    if (panel.kind == PanelChoice::Kind::reference && !settings.has_reference) {
+    if (panel.kind == PanelChoice::Kind::reference && !settings.has_reference)
       throw Error("a panel shows the reference, and there is none");
-    }
   }
 }
 
@@ -62,22 +56,12 @@ std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings,
   return runs;
 }
 
-/// Chooses the strips' quantity: errors where they are known for half of the film, else the first that
+/// Returns the strips' quantity: errors where they are known for half of the film, else the first that
 /// applies of the others.
-void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, ReadingChoice& readings) {
-  if (!comparison.reference) return;
-  comparison.strip = Strip::error;
-  if (2 * comparison.reference->known >= kept) return;
-  if (const Expectation* const expectation = expectation_of_poses(scene)) {
-    comparison.strip = Strip::expected;
-    readings.expected = expectation;
-  } else if (!JointGapMeter(scene).is_empty()) {
-    comparison.strip = Strip::gap;
-    readings.gap = true;
-  } else {
-    comparison.strip = Strip::depth;
-    readings.deepest = true;
-  }
+Strip usual_strip(const Scene& scene, bool knows_errors) {
+  if (knows_errors) return Strip::error;
+  if (expectation_of_poses(scene) != nullptr) return Strip::expected;
+  return JointGapMeter(scene).is_empty() ? Strip::depth : Strip::gap;
 }
 
 using Job = std::function<void()>;
@@ -142,7 +126,8 @@ void simulate_reference_runs(Work& work) {
                    [&work] { work.coarse = attempt(work, work.substeps / 2); }});
   };
   simulate_both();
-  if (!work.is_smooth || !(work.fine.ended || work.coarse.ended)) return;
+  const std::size_t all = work.clocks[0].steps.size();
+  if (!work.is_smooth || (work.fine.poses.size() == all && work.coarse.poses.size() == all)) return;
   // Use A1 where the integrator ends, which is where constraints depend on one another
   work.is_smooth = false;
   simulate_both();
@@ -198,17 +183,25 @@ ReferenceRun made_reference(Work& work) {
 
 }  // namespace
 
+void ReadingChoice::add(Strip strip, const Scene& scene) {
+  gap = gap || strip == Strip::gap;
+  energy = energy || strip == Strip::energy;
+  deepest = deepest || strip == Strip::depth;
+  if (strip != Strip::expected) return;
+  expected = expectation_of_poses(scene);
+  if (expected == nullptr) throw Error("--strip expected: the scene expects nothing that follows from poses");
+}
+
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
   Work work{scene, settings, progress};
   comparison.runs = runs_of(scene, settings, work.logs);
-  const FrameTimes frames{settings.start, settings.duration, settings.frame_interval};
-  comparison.times = frames.times();
+  comparison.times = frame_times(settings);
   std::vector<double> steps{settings.step};
   for (const Run& run : comparison.runs) steps.push_back(run.panel.settings.step);
-  work.clocks = frame_clocks(frames, steps);
+  work.clocks = frame_clocks(comparison.times, settings.frame_interval, steps);
   work.is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
   simulate_all(work, comparison.runs);
 
@@ -216,7 +209,10 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) comparison.reference = made_reference(work);
   ReadingChoice readings = settings.readings;
-  choose_strip(scene, clock.steps.size(), comparison, readings);
+  if (comparison.reference) {
+    comparison.strip = usual_strip(scene, 2 * comparison.reference->known >= clock.steps.size());
+    readings.add(*comparison.strip, scene);
+  }
   comparison.expected = readings.expected;
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
@@ -230,12 +226,9 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   }
   work.run_jobs(jobs);
   if (!comparison.reference) return comparison;
-  ReferenceRun& reference = *comparison.reference;
-  reference.known = clock.frames_of(reference.known);
-  spread(clock, reference.poses);
-  spread(clock, reference.uncertainty);
+  spread(clock, *comparison.reference);
   for (Run& run : comparison.runs) {
-    if (run.is_reference()) run.poses = reference.poses;
+    if (run.is_reference()) run.poses = comparison.reference->poses;
   }
   return comparison;
 }

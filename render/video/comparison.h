@@ -16,6 +16,9 @@
 
 namespace substep::render {
 
+/// The quantity that a strip below a panel's picture shows over time.
+enum class Strip { error, gap, energy, depth, expected };
+
 /// The choice of quantities that are read from runs at each film frame, beside the poses.
 struct ReadingChoice {
   bool gap = false;
@@ -25,10 +28,10 @@ struct ReadingChoice {
   bool contacts = false;
   bool deepest = false;
   const Expectation* expected = nullptr;  ///< one of the scene's, see expectation_of_poses()
-};
 
-/// The quantity that a strip below a panel's picture shows over time.
-enum class Strip { error, gap, energy, depth, expected };
+  /// Adds the quantity of a strip. Throws Error where the scene does not have it.
+  void add(Strip strip, const Scene& scene);
+};
 
 struct ComparisonSettings {
   std::vector<PanelChoice> panels;
@@ -101,13 +104,9 @@ struct Divergence {
   int body = world_body;  ///< the farthest body in this frame
   double distance = 0;    ///< of this body, m, as errors are measured
 };
-/// Distance from the reference at which a body diverges, over the scene's size.
-inline constexpr double divergence_limit = 0.02;
-/// Returns nothing where the run does not diverge while the reference is known.
+/// Returns nothing where no body is farther from the reference than 2 % of the scene's size while the
+/// reference is known.
 std::optional<Divergence> divergence_of(const Scene& scene, const Comparison& comparison, const Run& run);
-
-/// Distance at which the reference's two runs diverge, over the scene's size.
-inline constexpr double refinement_limit = 0.01;
 
 /// Returns the mean over the body's mass of the squared distance between a point's two positions, m².
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be);

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <string_view>
 
-#include "render/text.h"
 #include "sim/error.h"
 
 namespace substep::render {
@@ -15,21 +12,6 @@ namespace substep::render {
 using namespace film_colors;
 
 namespace {
-
-/// Breaks text at spaces into lines of at most a width.
-std::vector<std::string> wrapped(const std::string& text, const TextStyle& style, double width) {
-  std::vector<std::string> lines{""};
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    const std::string longer = lines.back() + (lines.back().empty() ? "" : " ") + word;
-    if (lines.back().empty() || text_width(longer, style) <= width) {
-      lines.back() = longer;
-    } else {
-      lines.push_back(word);
-    }
-  }
-  return lines;
-}
 
 /// Cuts text to a width, with an ellipsis where it was longer.
 std::string cut(const std::string& text, const TextStyle& style, double width) {
@@ -83,9 +65,8 @@ std::vector<int> rows_for(int count, int width, int height, int above) {
 void check_film_size(int width, int height) {
   if (width < 180 || height < 180 || width > 7680 || height > 7680 || width % 2 != 0 || height % 2 != 0 ||
       static_cast<std::int64_t>(width) * height > std::int64_t{7680} * 4320) {
-    throw Error(
-        fmt::format("size {}x{}: a video's must be even, at least 180 each way and at most 7680x4320 in all",
-                    width, height));
+    throw Error("size {}x{}: a video's must be even, at least 180 each way and at most 7680x4320 in all",
+                width, height);
   }
 }
 
@@ -149,10 +130,8 @@ void Composition::lay_out() {
   const int panel_height = (height_ - top - key_height_ - row_count * gap) / row_count;
   const int narrowest = width_in(rows.front());
   picture_height_ = panel_height - header - strips;
-  if (narrowest < 40 || picture_height_ < 24) {
-    throw Error(
-        fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
-  }
+  if (narrowest < 40 || picture_height_ < 24)
+    throw Error("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count);
   // Leave out the axes in narrow panels, where their names would take the curve's room
   for (const Strip kind : strips_)
     axis_width_ = std::max(axis_width_, painter_.axis_width(axis_of(comparison_, kind)));

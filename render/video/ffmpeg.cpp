@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -37,12 +38,11 @@ std::string last_line(std::string text) {
 
 std::optional<fs::path> find_ffmpeg() {
   const char* const variable = std::getenv("PATH");
-  std::string_view folders = variable != nullptr ? variable : "";
-  while (!folders.empty()) {
-    const std::size_t length = std::min(folders.find(':'), folders.size());
-    const fs::path program = fs::path(folders.substr(0, length)) / "ffmpeg";
-    if (length > 0 && ::access(program.c_str(), X_OK) == 0 && fs::is_regular_file(program)) return program;
-    folders.remove_prefix(std::min(folders.size(), length + 1));
+  std::istringstream folders(variable != nullptr ? variable : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path program = fs::path(folder) / "ffmpeg";
+    const bool is_there = ::access(program.c_str(), X_OK) == 0 && fs::is_regular_file(program);
+    if (is_there && !folder.empty()) return program;
   }
   return std::nullopt;
 }
@@ -124,9 +124,8 @@ Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& argument
                std::chrono::milliseconds patience)
     : output_(std::move(output)), patience_(patience) {
   std::array<int, 2> ends{-1, -1};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
-  }
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Error("{}: cannot be started: {}", program.string(), std::strerror(errno));
   // Write without waiting, so that a stalled pipe times out
   ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
@@ -137,7 +136,7 @@ Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& argument
         ChildProcess::Streams{.in = ends[0], .out = answer_.descriptor(), .err = messages_.descriptor()});
   } catch (const std::system_error& error) {
     for (const int end : ends) ::close(end);
-    throw Error(fmt::format("{}: cannot be started: {}", program.string(), error.code().message()));
+    throw Error("{}: cannot be started: {}", program.string(), error.code().message());
   }
   ::close(ends[0]);
   pipe_ = ends[1];
@@ -167,8 +166,8 @@ void Ffmpeg::require_progress() {
     last_progress_ = Clock::now();
   }
   if (Clock::now() - last_progress_ < patience_) return;
-  throw Error(fmt::format("ffmpeg has done nothing for {:g} s: it was ended",
-                          std::chrono::duration<double>(patience_).count()));
+  throw Error("ffmpeg has done nothing for {:g} s: it was ended",
+              std::chrono::duration<double>(patience_).count());
 }
 
 void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
@@ -186,7 +185,7 @@ void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
       ::poll(&room, 1, 100);
       require_progress();
     } else if (errno != EINTR) {
-      throw Error(fmt::format("ffmpeg cannot be written to: {}", std::strerror(errno)));
+      throw Error("ffmpeg cannot be written to: {}", std::strerror(errno));
     }
   }
 }
@@ -203,22 +202,17 @@ std::string Ffmpeg::finish() {
   writer_.reset();
   const std::string message = last_line(messages_.content());
   if (*is_done && message.empty()) return answer_.content();
-  throw Error(fmt::format("ffmpeg failed: {}", message.empty() ? "it gave no reason" : message));
+  throw Error("ffmpeg failed: {}", message.empty() ? "it gave no reason" : message);
 }
 
 void require_whole_film(const fs::path& program, const fs::path& film, int frames) {
   // List one line for each packet, and comments
   Ffmpeg reader(program,
                 {"-i", "file:" + film.string(), "-map", "0:v:0", "-c", "copy", "-f", "framecrc", "pipe:1"});
-  const std::string list = reader.finish();
+  std::istringstream list(reader.finish());
   int found = 0;
-  for (std::size_t start = 0; start < list.size();
-       start = std::min(list.find('\n', start), list.size()) + 1) {
-    found += list[start] != '#';
-  }
-  if (found != frames) {
-    throw Error(fmt::format("ffmpeg failed: its film has {} frames of {}", found, frames));
-  }
+  for (std::string line; std::getline(list, line);) found += line.starts_with('#') ? 0 : 1;
+  if (found != frames) throw Error("ffmpeg failed: its film has {} frames of {}", found, frames);
 }
 
 }  // namespace substep::render

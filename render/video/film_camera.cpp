@@ -1,7 +1,5 @@
 #include "render/video/film_camera.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -23,7 +21,7 @@ int body_named(const std::string& name, const Scene& scene) {
     if (body <= 12) known += (body > 1 ? ", " : "") + scene.bodies[body].name;
   }
   if (scene.bodies.size() > 13) known += ", …";
-  throw Error(fmt::format("--camera follow:{}: {} has no such body: {}", name, scene.name, known));
+  throw Error("--camera follow:{}: {} has no such body: {}", name, scene.name, known);
 }
 
 /// Returns a camera of the scene by the name of its node or its own. Throws Error.
@@ -35,8 +33,8 @@ Camera scene_camera(const std::string& name, const Scene& scene) {
   }
   std::string known;
   for (const NamedCamera& camera : scene.cameras) known += (known.empty() ? "" : ", ") + camera.node;
-  throw Error(fmt::format("--camera name:{}: {} has no such camera: {}", name, scene.name,
-                          known.empty() ? "it has none" : known));
+  throw Error("--camera name:{}: {} has no such camera: {}", name, scene.name,
+              known.empty() ? "it has none" : known);
 }
 
 glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
@@ -69,22 +67,18 @@ FilmCamera camera_named(const std::string& text, const Scene& scene) {
   } else if (text.starts_with(orbit)) {
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data() + orbit.size(), end, camera.degrees_per_second);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(camera.degrees_per_second)) {
-      throw Error(fmt::format("--camera '{}': give orbit:DEGREES, of a second of film", text));
-    }
+    if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(camera.degrees_per_second))
+      throw Error("--camera '{}': give orbit:DEGREES, of a second of film", text);
   } else if (text != "scene") {
-    throw Error(
-        fmt::format("--camera '{}': give scene, fit, name:CAMERA, follow:BODY or orbit:DEGREES", text));
+    throw Error("--camera '{}': give scene, fit, name:CAMERA, follow:BODY or orbit:DEGREES", text);
   }
   return camera;
 }
 
 FilmCamera still_camera_named(const std::string& text, const Scene& scene) {
   const FilmCamera camera = camera_named(text, scene);
-  if (camera.follows != world_body || camera.degrees_per_second != 0) {
-    throw Error(
-        fmt::format("--camera '{}': a picture has no time to move in: give scene, fit or name:CAMERA", text));
-  }
+  if (camera.follows != world_body || camera.degrees_per_second != 0)
+    throw Error("--camera '{}': a picture has no time to move in: give scene, fit or name:CAMERA", text);
   return camera;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <exception>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -131,63 +132,6 @@ Painter make_painter(const Film& film, const Composition& composition, int every
   };
 }
 
-/// A queue of frames that several threads paint and one takes in order.
-class FrameQueue {
- public:
-  FrameQueue(int count, int ahead) : count_(count), ahead_(ahead) {}
-
-  /// Paints frames until none is left.
-  void work(const std::function<Painter()>& make_painter) {
-    try {
-      const Painter paint = make_painter();
-      for (int k = claim(); k < count_; k = claim()) deliver(k, paint(k));
-    } catch (...) {
-      fail(std::current_exception());
-    }
-  }
-
-  /// Waits for frame k and returns it. Rethrows a painter's exception.
-  Image take(int k) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return failure_ || ready_.contains(k); });
-    if (failure_) std::rethrow_exception(failure_);
-    Image frame = std::move(ready_.extract(k).mapped());
-    taken_ = k + 1;
-    changed_.notify_all();
-    return frame;
-  }
-
-  void fail(const std::exception_ptr& failure) {
-    const std::lock_guard lock(mutex_);
-    if (!failure_) failure_ = failure;
-    changed_.notify_all();
-  }
-
- private:
-  /// Waits until the next frame is at most `ahead_` after the last one taken, and returns its number;
-  /// `count_` at the end.
-  int claim() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return failure_ || next_ >= count_ || next_ < taken_ + ahead_; });
-    return failure_ ? count_ : std::min(next_++, count_);
-  }
-
-  void deliver(int k, Image frame) {
-    const std::lock_guard lock(mutex_);
-    ready_.emplace(k, std::move(frame));
-    changed_.notify_all();
-  }
-
-  const int count_;
-  const int ahead_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<int, Image> ready_;
-  int next_ = 0;
-  int taken_ = 0;
-  std::exception_ptr failure_;
-};
-
 }  // namespace
 
 std::size_t Film::second() const {
@@ -217,21 +161,45 @@ void paint_frames(const Film& film, int width, int height, int every,
                                 film.settings.strips);
   const int count = (static_cast<int>(film.comparison.times.size()) - 1) / every + 1;
   const int threads = std::clamp(film.settings.threads, 1, count);
-  FrameQueue queue(count, 4 * threads);
-  std::vector<std::thread> workers;
-  workers.reserve(static_cast<std::size_t>(threads));
-  for (int i = 0; i < threads; ++i) {
-    workers.emplace_back([&] { queue.work([&] { return make_painter(film, composition, every); }); });
-  }
-  std::exception_ptr failure;
+  std::vector<std::promise<Image>> frames(static_cast<std::size_t>(count));
+  std::mutex mutex;
+  std::condition_variable changed;
+  int next = 0;   // to paint
+  int taken = 0;  // number of frames
+  // Return the next frame, once it is at most a few after the last one taken; `count` at the end
+  const auto claim = [&] {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return next >= count || next < taken + 4 * threads; });
+    return std::min(next++, count);
+  };
+  const auto set = [&](int& number, int value) {
+    const std::lock_guard lock(mutex);
+    number = value;
+    changed.notify_all();
+  };
+  const auto work = [&] {
+    Painter paint;
+    for (int k = claim(); k < count; k = claim()) {
+      std::promise<Image>& frame = frames[static_cast<std::size_t>(k)];
+      try {
+        if (!paint) paint = make_painter(film, composition, every);
+        frame.set_value(paint(k));
+      } catch (...) {
+        frame.set_exception(std::current_exception());
+      }
+    }
+  };
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < threads; ++i) workers.emplace_back(work);
   try {
-    for (int k = 0; k < count; ++k) take(k, queue.take(k));
+    for (int k = 0; k < count; ++k) {
+      take(k, frames[static_cast<std::size_t>(k)].get_future().get());
+      set(taken, k + 1);
+    }
   } catch (...) {
-    failure = std::current_exception();
-    queue.fail(failure);
+    set(next, count);
+    throw;
   }
-  for (std::thread& worker : workers) worker.join();
-  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace substep::render

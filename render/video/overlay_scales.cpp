@@ -79,13 +79,13 @@ Overlays overlays_named(const std::vector<std::string>& names) {
     }
     const auto tint = std::ranges::find_if(tints, is_named);
     if (tint == tints.end()) {
-      throw Error(fmt::format(
+      throw Error(
           "--overlay '{}': give some of trails, joints, ghost, contacts, and error, penetration or velocity",
-          name));
+          name);
     }
     if (overlays.tint != Tint::none && overlays.tint != tint->second) {
-      throw Error(fmt::format(
-          "--overlay '{}': bodies have one colour: give one of error, penetration and velocity", name));
+      throw Error("--overlay '{}': bodies have one colour: give one of error, penetration and velocity",
+                  name);
     }
     overlays.tint = tint->second;
   }

@@ -10,38 +10,35 @@
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
 #include "sim/model/settings_fields.h"
-#include "sim/study/engines/engines.h"
 
 namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the settings that an algorithm, or an engine, reads.
-std::vector<const SettingsField*> fields_of(PanelChoice::Kind kind) {
+/// A panel as typed, or as a table of a file.
+struct TypedPanel {
+  std::string show = {};
+  Command command = {};
+  std::string title = {};
+  TypedSettings values = {};
+};
+
+/// Sets those of the panel's settings that its algorithm, or its engine, reads. Throws Error.
+void set(PanelChoice& panel, const TypedSettings& values) {
+  const bool is_log = panel.kind == PanelChoice::Kind::log;
+  if ((is_log || panel.kind == PanelChoice::Kind::reference) && !values.empty()) {
+    throw Error("'{}={}': a {} has its own settings, and 'title' alone can be given", values[0].first,
+                values[0].second, is_log ? "log" : "reference");
+  }
   std::vector<const SettingsField*> fields;
   for (const SettingsField& field : settings_fields) {
-    const bool is_read = kind == PanelChoice::Kind::engine
+    const bool is_read = panel.kind == PanelChoice::Kind::engine
                              ? field.name == "iterations" || field.name == "step"
                              : field.name != "algorithm";
     if (is_read) fields.push_back(&field);
   }
-  return fields;
-}
-
-/// Sets the panel's settings, and its title by the key "title". Throws Error.
-void set(PanelChoice& panel, TypedSettings values) {
-  if (const auto title = std::ranges::find(values, "title", [](const auto& value) { return value.first; });
-      title != values.end()) {
-    panel.title = title->second;
-    values.erase(title);
-  }
-  const bool is_log = panel.kind == PanelChoice::Kind::log;
-  if ((is_log || panel.kind == PanelChoice::Kind::reference) && !values.empty()) {
-    throw Error(fmt::format("'{}={}': a {} has its own settings, and 'title' alone can be given",
-                            values[0].first, values[0].second, is_log ? "log" : "reference"));
-  }
-  set_typed(panel.settings, values, fields_of(panel.kind));
+  set_typed(panel.settings, values, fields);
 }
 
 /// Returns the engine of that name, or the first whose name begins with it. Throws Error.
@@ -50,20 +47,21 @@ std::string engine_named(const std::string& text) {
     return engine.name == text || engine.name.starts_with(text + "-");
   };
   const auto found = std::ranges::find_if(engines(), begins);
-  if (!text.empty() && found != engines().end()) return found->name;
+  if (found != engines().end()) return found->name;
   std::string known;
   for (const Engine& engine : engines()) known += ", " + engine.name;
-  throw Error(fmt::format("'{}': give a1 to a5, reference, log:FILE{}", text, known));
+  throw Error("'{}': give a1 to a5, reference, log:FILE{}", text, known);
 }
 
-PanelChoice panel_of(const std::string& show, const Command& command, const TypedSettings& values,
-                     const Settings& settings) {
+PanelChoice panel_of(const TypedPanel& typed, const Settings& settings) {
+  const std::string& show = typed.show;
   PanelChoice panel;
   panel.settings = settings;
-  if (!command.empty()) {
+  panel.title = typed.title;
+  if (!typed.command.empty()) {
     if (!show.empty()) throw Error("give 'show' or 'command', not both");
     panel.kind = PanelChoice::Kind::engine;
-    panel.command = command;
+    panel.command = typed.command;
   } else if (const auto algorithm = algorithm_named(show)) {
     panel.settings.algorithm = *algorithm;
   } else if (show == "reference") {
@@ -76,8 +74,8 @@ PanelChoice panel_of(const std::string& show, const Command& command, const Type
     panel.engine = engine_named(show);
   }
   const bool has_iterations = std::ranges::any_of(
-      values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
-  set(panel, values);
+      typed.values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
+  set(panel, typed.values);
   const bool has_no_substeps = panel.settings.algorithm == Algorithm::a2 ||
                                panel.settings.algorithm == Algorithm::avbd ||
                                panel.kind == PanelChoice::Kind::engine;
@@ -91,27 +89,26 @@ PanelChoice panel_of(const std::string& show, const Command& command, const Type
 std::vector<PanelChoice> default_panels(const Settings& settings) {
   std::vector<PanelChoice> panels;
   for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"}) {
-    panels.push_back(panel_of(show, {}, {}, settings));
+    panels.push_back(panel_of({.show = show}, settings));
   }
   return panels;
 }
 
 PanelChoice panel_in(const std::string& text, const Settings& settings) {
   try {
+    TypedPanel typed;
     std::string rest = text;
-    std::string title;
     // A title may have commas.
     if (const std::size_t begin = rest.find(",title="); begin != std::string::npos) {
-      title = rest.substr(begin + 7);
+      typed.title = rest.substr(begin + 7);
       rest.resize(begin);
     }
-    const std::size_t end = std::min(rest.find(','), rest.size());
-    const std::string show = rest.substr(0, end);
-    TypedSettings values = typed_settings_in(std::string_view(rest).substr(std::min(end + 1, rest.size())));
-    if (!title.empty()) values.emplace_back("title", title);
-    return panel_of(show, {}, values, settings);
+    typed.show = rest.substr(0, rest.find(','));
+    rest.erase(0, typed.show.size() + 1);
+    typed.values = typed_settings_in(rest);
+    return panel_of(typed, settings);
   } catch (const Error& error) {
-    throw Error(fmt::format("panel {}: {}", text, error.what()));
+    throw Error("panel {}: {}", text, error.what());
   }
 }
 
@@ -127,26 +124,24 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   PanelFile result;
   if (const auto* node = root.get("title")) result.title = toml.text(*node, "title");
   const toml::node* const list = root.get("panel");
-  if (list == nullptr || !list->is_array_of_tables()) {
-    throw Error(fmt::format("{}: has no [[panel]]", file.string()));
-  }
+  if (list == nullptr || !list->is_array_of_tables()) throw Error("{}: has no [[panel]]", file.string());
   for (const toml::node& node : *list->as_array()) {
-    std::string show;
-    Command command;
-    TypedSettings values;
+    TypedPanel typed;
     for (const auto& [key, value] : *node.as_table()) {
       if (key.str() == "command") {
         for (const toml::node& word : toml.array(value, "command"))
-          command.push_back(toml.text(word, "command"));
-        command = beside(std::move(command), file.parent_path());
+          typed.command.push_back(toml.text(word, "command"));
+        typed.command = beside(std::move(typed.command), file.parent_path());
       } else if (key.str() == "show") {
-        show = text_of(value, "show");
+        typed.show = text_of(value, "show");
+      } else if (key.str() == "title") {
+        typed.title = text_of(value, "title");
       } else {
-        values.emplace_back(key.str(), text_of(value, key.str()));
+        typed.values.emplace_back(key.str(), text_of(value, key.str()));
       }
     }
     try {
-      result.panels.push_back(panel_of(show, command, values, settings));
+      result.panels.push_back(panel_of(typed, settings));
     } catch (const Error& error) {
       toml.fail(node, error.what());
     }
@@ -158,7 +153,7 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
 
 Engine engine_of(const PanelChoice& panel) {
   if (!panel.command.empty()) return command_engine(panel.command);
-  return *std::ranges::find(engines(), panel.engine, &Engine::name);
+  return *find_engine(panel.engine);
 }
 
 int hue_of(const PanelChoice& panel) {

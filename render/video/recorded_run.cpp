@@ -20,12 +20,12 @@ namespace {
 constexpr double same = 1e-6;  // of a step: tolerance of sums of steps and of frames
 
 /// Returns the clock of a run that keeps multiples of `every` steps, which are `instant` s long together.
-FrameClock clock_of(const FrameTimes& frames, double instant, std::int64_t every) {
+FrameClock clock_of(const std::vector<double>& times, double instant, std::int64_t every) {
   FrameClock clock;
   const auto keep = [&](std::int64_t kept) {
     if (clock.steps.empty() || clock.steps.back() < kept * every) clock.steps.push_back(kept * every);
   };
-  for (const double time : frames.times()) {
+  for (const double time : times) {
     const double exact = time / instant;
     auto before = static_cast<std::int64_t>(std::floor(exact + same));
     const double weight = exact - static_cast<double>(before);
@@ -69,28 +69,30 @@ double between(double a, double b, double weight) {
   return a + weight * (b - a);
 }
 
-/// Reads at a kept step the quantities that need velocities.
-void read_velocities(const Scene& scene, const ReadingChoice& choice, const State& state, double& start,
-                     Readings& readings) {
-  if (choice.energy) {
-    const double now = energy(scene, state);
-    if (readings.energies.empty()) start = now;
-    readings.energies.push_back(now - start);
+template <typename Value>
+void spread(const FrameClock& clock, std::vector<Value>& values) {
+  std::vector<Value> result;
+  for (std::size_t k = 0; k < clock.frames_of(values.size()); ++k) {
+    const auto& [before, weight] = clock.positions[k];
+    result.push_back(weight == 0 ? values[before] : between(values[before], values[before + 1], weight));
   }
+  values = std::move(result);
+}
+
+/// Keeps the poses of a step, and the quantities that need velocities.
+void keep_state(const Scene& scene, const ReadingChoice& choice, const State& state, Run& run) {
+  run.poses.push_back(state.q);
+  if (choice.energy) run.readings.energies.push_back(energy(scene, state));
   if (choice.speeds) {
-    std::vector<float>& speeds = readings.speeds.emplace_back();
+    std::vector<float>& speeds = run.readings.speeds.emplace_back();
     for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
   }
 }
 
-/// Makes the run's next step, and adds its CPU time.
-template <typename Step>
-decltype(auto) timed(Run& run, const Step& step) {
-  const double start = cpu_time();
-  decltype(auto) result = step();
-  run.cpu_time += cpu_time() - start;
+/// Adds to the run's times those of a step that began at this CPU time.
+void add_times(double begun, Run& run) {
+  run.cpu_time += cpu_time() - begun;
   run.simulated += run.panel.settings.step;
-  return result;
 }
 
 /// Computes the speeds of a run from the distances between neighbouring frames.
@@ -108,10 +110,11 @@ void read_speeds(Run& run, double interval) {
 
 }  // namespace
 
-std::vector<double> FrameTimes::times() const {
+std::vector<double> frame_times(const ComparisonSettings& settings) {
+  const double interval = settings.frame_interval;
+  const double last = std::floor((settings.duration - settings.start) / interval + same);
   std::vector<double> times;
-  const auto last = static_cast<std::int64_t>(std::floor((duration - start) / interval + same));
-  for (std::int64_t k = 0; k <= last; ++k) times.push_back(start + static_cast<double>(k) * interval);
+  for (int k = 0; k <= last; ++k) times.push_back(settings.start + k * interval);
   return times;
 }
 
@@ -122,39 +125,27 @@ std::size_t FrameClock::frames_of(std::size_t kept) const {
   return static_cast<std::size_t>(std::ranges::partition_point(positions, is_shown) - positions.begin());
 }
 
-std::vector<FrameClock> frame_clocks(const FrameTimes& frames, const std::vector<double>& steps) {
+std::vector<FrameClock> frame_clocks(const std::vector<double>& times, double interval,
+                                     const std::vector<double>& steps) {
   std::vector<FrameClock> clocks;
-  for (const double step : steps) clocks.push_back(clock_of(frames, step, 1));
+  for (const double step : steps) clocks.push_back(clock_of(times, step, 1));
   if (std::ranges::all_of(clocks, is_exact)) return clocks;
   const double longest = std::ranges::max(steps);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double every = std::round(longest / steps[i]);
     if (std::abs(every * steps[i] - longest) > same * longest) {
-      throw Error(fmt::format(
+      throw Error(
           "steps of {:g} s and {:g} s: frames {:g} s apart lie between them, and the shorter step does not "
           "divide the longer: give a step that does, or one that divides the frames' interval",
-          steps[i], longest, frames.interval));
+          steps[i], longest, interval);
     }
-    clocks[i] = clock_of(frames, longest, static_cast<std::int64_t>(every));
+    clocks[i] = clock_of(times, longest, static_cast<std::int64_t>(every));
   }
   return clocks;
 }
 
-template <typename Value>
-void spread(const FrameClock& clock, std::vector<Value>& values) {
-  std::vector<Value> result;
-  for (std::size_t k = 0; k < clock.frames_of(values.size()); ++k) {
-    const auto& [before, weight] = clock.positions[k];
-    result.push_back(weight == 0 ? values[before] : between(values[before], values[before + 1], weight));
-  }
-  values = std::move(result);
-}
-template void spread(const FrameClock& clock, std::vector<double>& values);
-template void spread(const FrameClock& clock, std::vector<std::vector<Coordinates>>& values);
-
-bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::function<bool()>& step,
-                const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
-                std::int64_t& steps, const std::function<void(const State&)>& read) {
+bool keep_steps(const FrameClock& clock, int parts, Tally& tally, std::int64_t& steps,
+                const std::function<bool()>& step, const std::function<void()>& keep) {
   for (const std::int64_t kept : clock.steps) {
     while (steps < kept * parts) {
       if (tally.stop) return true;
@@ -162,8 +153,7 @@ bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::fun
       ++tally.done;
       if (!step()) return false;
     }
-    poses.push_back(state().q);
-    if (read) read(state());
+    keep();
   }
   return true;
 }
@@ -171,27 +161,27 @@ bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::fun
 void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
                         Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
-  double start_energy = 0;
+  const State& state = simulation.state();
   Metrics metrics;
-  Invariants invariants(scene, simulation.state());
-  invariants.add(simulation.state(), 0, metrics);
+  Invariants invariants(scene, state);
+  invariants.add(state, 0, metrics);
   std::int64_t steps = 0;
   const auto step = [&] {
-    const StepReport& report = timed(run, [&]() -> const StepReport& { return simulation.step(); });
+    const double begun = cpu_time();
+    const StepReport& report = simulation.step();
+    add_times(begun, run);
     run.row_solves += report.row_solves;
     if (report.status == StepReport::Status::unsolved) ++run.unsolved;
     if (report.status == StepReport::Status::diverged) return false;
-    invariants.follow(simulation.state(), run.panel.settings.step, metrics);
+    invariants.follow(state, run.panel.settings.step, metrics);
     return true;
   };
-  const auto read = [&](const State& state) {
-    read_velocities(scene, choice, state, start_energy, run.readings);
+  const auto keep = [&] {
+    keep_state(scene, choice, state, run);
     invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
     if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
   };
-  if (!keep_steps(
-          clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps,
-          read)) {
+  if (!keep_steps(clock, 1, tally, steps, step, keep)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
     return;
   }
@@ -213,14 +203,14 @@ std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run
 void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice,
                      Stepper& stepper, Run& run, Tally& tally) {
   const bool is_command = engine_of(run.panel).is_command;
-  const auto step = [&] { return is_command ? stepper.step() : timed(run, [&] { return stepper.step(); }); };
-  double start_energy = 0;
-  std::int64_t steps = 0;
-  const auto read = [&](const State& state) {
-    read_velocities(scene, choice, state, start_energy, run.readings);
+  const auto step = [&] {
+    const double begun = cpu_time();
+    const bool continues = stepper.step();
+    if (!is_command) add_times(begun, run);
+    return continues;
   };
-  if (!keep_steps(
-          clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps, read)) {
+  std::int64_t steps = 0;
+  if (!keep_steps(clock, 1, tally, steps, step, [&] { keep_state(scene, choice, stepper.state(), run); })) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
   run.row_solves = stepper.row_solves();
@@ -231,16 +221,15 @@ void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
     const auto frame = static_cast<std::size_t>(kept);
     if (frame >= log.frames.size()) {
       if (!log.end.starts_with("diverged")) {
-        throw Error(fmt::format("{}: ends at {:g} s: shorten the film with --duration",
-                                run.panel.log.string(),
-                                static_cast<double>(log.frames.size() - 1) * log.settings.step));
+        throw Error("{}: ends at {:g} s: shorten the film with --duration", run.panel.log.string(),
+                    static_cast<double>(log.frames.size() - 1) * log.settings.step);
       }
       run.diverged = static_cast<double>(log.frames.size()) * log.settings.step;
       return;
     }
     if (log.frames[frame].poses.empty()) {
-      throw Error(fmt::format("{}: has poses every {} frames only: the film needs frame {}",
-                              run.panel.log.string(), log.full_every, frame));
+      throw Error("{}: has poses every {} frames only: the film needs frame {}", run.panel.log.string(),
+                  log.full_every, frame);
     }
     run.poses.push_back(log.frames[frame].poses);
   }
@@ -267,6 +256,8 @@ void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
 
 void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
   Readings& readings = run.readings;
+  const double start = readings.energies.empty() ? 0 : readings.energies.front();
+  for (double& energy : readings.energies) energy -= start;
   spread(clock, run.poses);
   for (auto* const series :
        {&run.errors, &readings.gaps, &readings.energies, &readings.deepest, &readings.expected})
@@ -278,6 +269,12 @@ void spread(const FrameClock& clock, double interval, const ReadingChoice& choic
   double squares = 0;
   for (const double error : run.errors) squares += error * error;
   run.rms_error = run.errors.empty() ? 0 : std::sqrt(squares / static_cast<double>(run.errors.size()));
+}
+
+void spread(const FrameClock& clock, ReferenceRun& reference) {
+  reference.known = clock.frames_of(reference.known);
+  spread(clock, reference.poses);
+  spread(clock, reference.uncertainty);
 }
 
 }  // namespace substep::render

@@ -1,26 +1,18 @@
 #pragma once
-/// The runs of a film's panels, kept at the steps that the film shows.
+/// The runs of a film's panels and of its reference, kept at the steps that the film shows.
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "render/video/comparison.h"
 #include "sim/log/pose_log.h"
-#include "sim/study/engines/engines.h"
+#include "sim/math/vector.h"
 
 namespace substep::render {
-
-/// Times of a film's frames.
-struct FrameTimes {
-  double start = 0;            ///< s, of the first frame
-  double duration = 5;         ///< s, at or before which the last frame is
-  double interval = 1.0 / 30;  ///< s
-
-  std::vector<double> times() const;
-};
 
 /// The steps that a run keeps for a film. Runs of one comparison keep the same instants.
 struct FrameClock {
@@ -36,14 +28,14 @@ struct FrameClock {
   std::size_t frames_of(std::size_t kept) const;
 };
 
-/// Returns a clock for each step length, s. Where frames lie between steps, all clocks keep multiples of the
-/// longest step, so that errors compare one instant with itself. Throws Error where steps do not divide it.
-std::vector<FrameClock> frame_clocks(const FrameTimes& frames, const std::vector<double>& steps);
+/// Returns the times of the film's frames, s.
+std::vector<double> frame_times(const ComparisonSettings& settings);
 
-/// Turns values at kept steps into values at frames. Positions and numbers are interpolated linearly,
-/// orientations by slerp; contacts are those of the later step.
-template <typename Value>
-void spread(const FrameClock& clock, std::vector<Value>& values);
+/// Returns a clock for each step length, s, of frames that are `interval` s apart. Where frames lie between
+/// steps, all clocks keep multiples of the longest step, so that errors compare one instant with itself.
+/// Throws Error where steps do not divide it.
+std::vector<FrameClock> frame_clocks(const std::vector<double>& times, double interval,
+                                     const std::vector<double>& steps);
 
 /// Steps of all runs that are simulated at once.
 struct Tally {
@@ -51,10 +43,10 @@ struct Tally {
   std::atomic<bool> stop{false};
 };
 
-/// Makes the clock's steps, each in `parts`, and keeps their poses. Returns false once `step` does.
-bool keep_steps(const FrameClock& clock, int parts, Tally& tally, const std::function<bool()>& step,
-                const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
-                std::int64_t& steps, const std::function<void(const State&)>& read = {});
+/// Makes the clock's steps, each in `parts`, counts them in `steps` and calls `keep` at those that the clock
+/// keeps. Returns false once `step` does.
+bool keep_steps(const FrameClock& clock, int parts, Tally& tally, std::int64_t& steps,
+                const std::function<bool()>& step, const std::function<void()>& keep);
 
 /// Simulates an algorithm's run.
 void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
@@ -75,7 +67,43 @@ void take_frames(const PoseLog& log, const FrameClock& clock, Run& run);
 void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run);
 
 /// Turns a run's values at kept steps into values at frames, `interval` s apart, and sets its RMS error.
-/// Speeds that were not read follow from the poses of neighbouring frames.
+/// Positions and numbers are interpolated linearly, orientations by slerp; contacts are those of the later
+/// step. Speeds that were not read follow from the poses of neighbouring frames.
 void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run);
+
+/// Turns the reference's values at kept steps into values at frames.
+void spread(const FrameClock& clock, ReferenceRun& reference);
+
+/// One of the two runs of the reference.
+struct ReferenceAttempt {
+  std::vector<std::vector<Coordinates>> poses;
+  double ended = infinity;     ///< time of its early end, s; infinite: it did not end early
+  double unsolved = infinity;  ///< time of the first unsolved step, s; infinite: there is none
+  int unsolved_steps = 0;
+
+  bool is_whole(const FrameClock& clock) const {
+    return unsolved_steps == 0 && poses.size() == clock.steps.size();
+  }
+};
+
+/// Returns whether the scene's forces are smooth, so that the reference integrator can run it.
+bool has_smooth_reference(const Scene& scene, double step);
+
+/// Returns whether two refinements agree within 1e-9 of the scene's size: smaller steps would show nothing
+/// new.
+bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
+                const std::vector<Coordinates>& other);
+
+/// Simulates one of the two runs, with steps of `step` / `divisions`, or takes it from the cache.
+/// `is_smooth` selects the reference integrator, else A1. A1 stops at the first frame that differs from
+/// `like`'s; such a run is not cached.
+ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
+                                    bool is_smooth, const ReferenceCache& cache, Tally& tally,
+                                    const ReferenceAttempt* like = nullptr);
+
+/// Returns the finer run as reference, up to the time at which the two runs are apart by 1 % of the scene's
+/// size. `times`: of the kept steps, s.
+ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
+                          const std::vector<double>& times, const std::string& method);
 
 }  // namespace substep::render

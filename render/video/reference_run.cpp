@@ -1,4 +1,6 @@
-#include "render/video/reference_run.h"
+// The reference that errors are measured from: two runs of different steps.
+
+#include "render/video/recorded_run.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +12,6 @@
 
 #include "sim/error.h"
 #include "sim/loading/json_value.h"
-#include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_cache.h"
 #include "sim/measure/stepper.h"
@@ -33,23 +34,11 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
 }
 
 Json to_json(const ReferenceAttempt& attempt) {
-  return {{"poses", attempt.poses},
-          {"ended", attempt.ended.value_or(-1)},
-          {"unsolved", attempt.unsolved.value_or(-1)},
-          {"unsolved steps", attempt.unsolved_steps}};
+  return {attempt.poses, attempt.ended, attempt.unsolved, attempt.unsolved_steps};
 }
 
 ReferenceAttempt attempt_in(const Json& json) {
-  ReferenceAttempt attempt;
-  json.at("poses").get_to(attempt.poses);
-  const auto time = [&](const char* name) {
-    const auto seconds = json.at(name).get<double>();
-    return seconds < 0 ? std::nullopt : std::optional(seconds);
-  };
-  attempt.ended = time("ended");
-  attempt.unsolved = time("unsolved");
-  json.at("unsolved steps").get_to(attempt.unsolved_steps);
-  return attempt;
+  return {json.at(0), json.at(1), json.at(2), json.at(3)};
 }
 
 }  // namespace
@@ -72,8 +61,8 @@ ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock,
   if (is_smooth) {
     const std::unique_ptr<Stepper> stepper = reference_stepper(scene, step / divisions, 8);
     continues = keep_steps(
-        clock, divisions, tally, [&] { return stepper->step(); },
-        [&]() -> const State& { return stepper->state(); }, attempt.poses, steps);
+        clock, divisions, tally, steps, [&] { return stepper->step(); },
+        [&] { attempt.poses.push_back(stepper->state().q); });
   } else {
     Settings settings;
     settings.algorithm = Algorithm::a1;
@@ -89,12 +78,11 @@ ReferenceAttempt simulate_reference(const Scene& scene, const FrameClock& clock,
       }
       return report.status != StepReport::Status::diverged;
     };
-    continues = keep_steps(
-        clock, divisions, tally, advance, [&]() -> const State& { return simulation.state(); }, attempt.poses,
-        steps);
+    continues = keep_steps(clock, divisions, tally, steps, advance,
+                           [&] { attempt.poses.push_back(simulation.state().q); });
   }
   if (!continues) attempt.ended = static_cast<double>(steps) * step / divisions;
-  if (!tally.stop && !(like && attempt.ended)) cache.keep(key, to_json(attempt));
+  if (!tally.stop && !(like && !continues)) cache.keep(key, to_json(attempt));
   return attempt;
 }
 
@@ -113,13 +101,13 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   reference.method = method;
   reference.poses = std::move(fine.poses);
   const std::size_t both = std::min(reference.poses.size(), coarse.poses.size());
-  const double most = refinement_limit * size_of(scene);
+  const double most = 0.01 * size_of(scene);
   while (reference.known < both) {
     const std::size_t k = reference.known;
     const double difference = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
     // Count a NaN as diverged
     if (!(difference <= most)) break;
-    if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
+    if (times[k] + 1e-9 >= fine.unsolved) break;
     reference.uncertainty.push_back(difference);
     ++reference.known;
   }
@@ -131,14 +119,14 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   }
   const std::size_t first =
       reference.known == 0 ? std::min<std::size_t>(1, times.size() - 1) : reference.known;
-  if (first < both && fine.unsolved && times[first] + 1e-9 >= *fine.unsolved) {
-    reference.fate = fine.unsolved_steps == 1 ? fmt::format("a step not solved, at {:.2f} s", *fine.unsolved)
+  if (first < both && times[first] + 1e-9 >= fine.unsolved) {
+    reference.fate = fine.unsolved_steps == 1 ? fmt::format("a step not solved, at {:.2f} s", fine.unsolved)
                                               : fmt::format("{} steps not solved, the first at {:.2f} s",
-                                                            fine.unsolved_steps, *fine.unsolved);
+                                                            fine.unsolved_steps, fine.unsolved);
   } else if (first < both) {
     reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
   } else {
-    reference.fate = fmt::format("fails at {:.2f} s", fine.ended.value_or(coarse.ended.value_or(0)));
+    reference.fate = fmt::format("fails at {:.2f} s", std::isfinite(fine.ended) ? fine.ended : coarse.ended);
   }
   return reference;
 }
@@ -160,7 +148,7 @@ double squared_distance(const Body& body, const Coordinates& is, const Coordinat
 
 std::optional<Divergence> divergence_of(const Scene& scene, const Comparison& comparison, const Run& run) {
   if (!comparison.reference || run.is_reference()) return std::nullopt;
-  const double most = divergence_limit * size_of(scene);
+  const double most = 0.02 * size_of(scene);
   const std::size_t frames = std::min(run.poses.size(), comparison.reference->known);
   for (std::size_t k = 0; k < frames; ++k) {
     Divergence farthest{k};

@@ -203,7 +203,7 @@ std::vector<Strip> strips_named(const std::vector<std::string>& names) {
     constexpr std::array all{Strip::error, Strip::gap, Strip::energy, Strip::depth, Strip::expected};
     const auto found = std::ranges::find_if(all, [&](Strip each) { return name == kind_of(each).name; });
     if (found == all.end())
-      throw Error(fmt::format("--strip '{}': give some of error, gap, energy, depth, expected", name));
+      throw Error("--strip '{}': give some of error, gap, energy, depth, expected", name);
     if (std::ranges::find(strips, *found) == strips.end()) strips.push_back(*found);
   }
   return strips;

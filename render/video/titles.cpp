@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <set>
-#include <utility>
 
 #include "render/inks.h"
 #include "sim/model/settings_fields.h"
@@ -45,7 +44,7 @@ Item item_of(const Settings& settings, const SettingsPart& part, bool has_subste
 
 /// Returns whether a label omits the field, though the panel's algorithm reads it.
 bool is_left_out(const PanelChoice& panel, const SettingsField& field, const std::vector<Item>& items) {
-  return panel.kind == PanelChoice::Kind::algorithm && field.group != 0 &&
+  return panel.kind == PanelChoice::Kind::algorithm && field.label.group != 0 &&
          field.is_read_by(panel.settings.algorithm) &&
          std::ranges::none_of(items, [&](const Item& item) { return item.field == &field; });
 }
@@ -89,12 +88,9 @@ std::string words_on(const PanelChoice& panel) {
 
 /// Returns the colour of a text such as "#5db4ea".
 Color color_in(const char* ink) {
-  Color color{};
-  for (std::size_t i = 0; i < color.size(); ++i) {
-    const auto digit = [&](std::size_t at) { return ink[at] <= '9' ? ink[at] - '0' : ink[at] - 'a' + 10; };
-    color[i] = static_cast<std::uint8_t>(16 * digit(1 + 2 * i) + digit(2 + 2 * i));
-  }
-  return color;
+  const int rgb = std::stoi(ink + 1, nullptr, 16);
+  const auto channel = [&](int shift) { return static_cast<std::uint8_t>(rgb >> shift); };
+  return {channel(16), channel(8), channel(0)};
 }
 
 /// Returns a mixture: `percent` of `color`, the rest of `below`.

@@ -8,14 +8,12 @@
 #include <memory>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "render/image.h"
 #include "render/video/ffmpeg.h"
 #include "render/video/film_painter.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
-#include "sim/measure/expectations.h"
 
 namespace substep::render {
 namespace {
@@ -31,9 +29,8 @@ class FrameFolder {
       : folder_(folder.has_filename() ? folder : folder.parent_path()) {
     std::error_code ignored;
     if (fs::exists(folder_, ignored)) {
-      if (!fs::is_directory(folder_, ignored)) {
-        throw Error(fmt::format("{}: is not a folder: name another for the frames", folder_.string()));
-      }
+      if (!fs::is_directory(folder_, ignored))
+        throw Error("{}: is not a folder: name another for the frames", folder_.string());
       refuse_other_files();
     } else {
       require_folder_of(folder_);
@@ -62,8 +59,8 @@ class FrameFolder {
       const bool is_frame = name.starts_with("frame_") && name.ends_with(".png") &&
                             name.find_first_not_of("0123456789", 6) == name.size() - 4;
       if (is_frame) continue;
-      throw Error(fmt::format("{}: holds {}, which is no frame: name another folder for the frames",
-                              folder_.string(), name));
+      throw Error("{}: holds {}, which is no frame: name another folder for the frames", folder_.string(),
+                  name);
     }
   }
 
@@ -135,8 +132,8 @@ void make_loop(const Film& film, const fs::path& program) {
     });
     if (file.complete() <= 2'000'000) return file.publish();
   }
-  throw Error(fmt::format("{}: the loop cannot be made smaller than 2 MB: shorten it with --duration",
-                          settings.loop->string()));
+  throw Error("{}: the loop cannot be made smaller than 2 MB: shorten it with --duration",
+              settings.loop->string());
 }
 
 /// Returns the frame nearest to the time; without a time, the frame at 60 % of the film.
@@ -153,26 +150,25 @@ int poster_frame(const Comparison& comparison, const std::optional<double>& time
 void check_outputs(const VideoSettings& settings, bool has_container, bool has_ffmpeg) {
   check_film_size(settings.width, settings.height);
   const bool shows_error = settings.overlays.tint == Overlays::Tint::error;
-  if ((settings.overlays.ghost || shows_error || settings.freezes) && !settings.comparison.has_reference) {
+  if ((settings.overlays.ghost || shows_error || settings.freezes) && !settings.comparison.has_reference)
     throw Error("the overlays ghost and error, and --freeze, show the reference, and there is none");
-  }
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
   }
   if (!settings.frames) {
     if (!has_container) {
       throw Error(
-          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder of "
-                      "numbered pictures",
-                      settings.output.string()));
+          "{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder of "
+          "numbered pictures",
+          settings.output.string());
     }
     require_folder_of(settings.output);
   }
   if ((settings.loop || !settings.frames) && !has_ffmpeg) {
     throw Error(
-        fmt::format("{}: a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg; a "
-                    "folder of numbered pictures needs none (--frames)",
-                    settings.loop.value_or(settings.output).string()));
+        "{}: a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg; a "
+        "folder of numbered pictures needs none (--frames)",
+        settings.loop.value_or(settings.output).string());
   }
 }
 
@@ -190,17 +186,8 @@ double cpu_seconds(int who) {
 ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
   ReadingChoice& readings = comparison.readings;
-  const auto has = [&](Strip strip) {
-    return std::ranges::find(settings.strips, strip) != settings.strips.end();
-  };
-  readings.gap = has(Strip::gap) || settings.overlays.joints;
-  readings.deepest = has(Strip::depth);
-  if (has(Strip::expected)) {
-    readings.expected = expectation_of_poses(scene);
-    if (readings.expected == nullptr)
-      throw Error("--strip expected: the scene expects nothing that follows from poses");
-  }
-  readings.energy = has(Strip::energy);
+  readings.gap = settings.overlays.joints;
+  for (const Strip strip : settings.strips) readings.add(strip, scene);
   readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;
   readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
   readings.contacts = settings.overlays.contacts;
@@ -209,26 +196,22 @@ ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settin
 
 }  // namespace
 
-VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
-  check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
-  const double start = cpu_seconds(RUSAGE_SELF);
-  Comparison simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {
-    if (settings.progress) settings.progress("simulating", share);
-  });
-  const double simulating = cpu_seconds(RUSAGE_SELF) - start;
-  VideoReport report = make_video(scene, settings, std::move(simulated));
-  report.cpu.simulating = simulating;
-  return report;
-}
-
-VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated) {
+VideoReport make_video(const Scene& scene, const VideoSettings& settings,
+                       std::optional<Comparison> simulated) {
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container.has_value(), program.has_value());
+  const double begun = cpu_seconds(RUSAGE_SELF);
+  if (!simulated) {
+    simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {
+      if (settings.progress) settings.progress("simulating", share);
+    });
+  }
   VideoReport report;
-  report.comparison = std::move(simulated);
+  report.comparison = std::move(*simulated);
   report.written = settings.frames.value_or(settings.output);
   const double start = cpu_seconds(RUSAGE_SELF);
+  report.cpu.simulating = start - begun;
   const double ffmpeg_start = cpu_seconds(RUSAGE_CHILDREN);
   const Comparison& comparison = report.comparison;
   const Film film = film_of(scene, settings, comparison);

@@ -50,11 +50,10 @@ struct VideoReport {
   std::string film_command;       ///< the ffmpeg command that makes a film of the frames; else empty
 };
 
-/// Simulates and draws a film. The output's extension names its container. Throws Error for another
-/// extension, or where ffmpeg is missing, before it simulates and writes.
-VideoReport make_video(const Scene& scene, const VideoSettings& settings);
-
-/// Draws a film of runs that were simulated already.
-VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated);
+/// Draws a film of runs, and simulates them unless they were `simulated` already. The output's extension
+/// names its container. Throws Error for another extension, or where ffmpeg is missing, before it simulates
+/// and writes.
+VideoReport make_video(const Scene& scene, const VideoSettings& settings,
+                       std::optional<Comparison> simulated = {});
 
 }  // namespace substep::render
