@@ -1,15 +1,21 @@
 #pragma once
-/// Reads the corpus of a fuzzer, and changes its files at random.
+/// Reads the corpus of a fuzzer, changes its files at random, and handles one of them.
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "sim/error.h"
 #include "tests/folders.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::test {
 
@@ -50,6 +56,36 @@ inline std::string changed(std::string bytes, std::size_t from, std::mt19937& ra
     }
   }
   return bytes;
+}
+
+/// Aborts unless the condition holds.
+inline void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "not as it must be: %s\n", what);
+  std::abort();
+}
+
+/// Returns a folder that is removed when the program ends.
+inline const std::filesystem::path& fuzz_folder() {
+  static const TemporaryFolder folder;
+  return folder.path();
+}
+
+/// Writes the bytes to a file in fuzz_folder() and reads it. Returns the message of the Error that refuses
+/// it, nothing where it is read. Does not catch exceptions other than Error.
+template <typename Read>
+std::optional<std::string> refusal(const std::string& name, std::string_view bytes, const Read& read) {
+  const std::filesystem::path file = fuzz_folder() / name;
+  std::ofstream(file, std::ios::binary) << bytes;
+  std::optional<std::string> message;
+  try {
+    read(file);
+  } catch (const Error& error) {
+    message = error.what();
+  }
+  std::error_code ignored;
+  std::filesystem::remove(file, ignored);
+  return message;
 }
 
 }  // namespace substep::test

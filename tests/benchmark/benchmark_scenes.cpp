@@ -36,15 +36,15 @@ const std::vector<Vector3>& reference(const BenchmarkScene& scene) {
 
 }  // namespace
 
+bool BenchmarkScene::is_chosen_by(const std::vector<std::string>& words) const {
+  return words.empty() ||
+         std::ranges::any_of(words, [&](const std::string& begin) { return name.starts_with(begin); });
+}
+
 BenchmarkScene pendulum() {
   Scene scene = test::empty_scene();
-  Body bar;
-  bar.name = "bar";
-  bar.inverse_mass = 1;
-  const double thick = 0.05 * 0.05;
-  bar.inverse_inertia = {12 / (2 * thick), 12 / (1 + thick), 12 / (1 + thick)};
-  bar.pose.position = {0.5, 0, 0};
-  scene.bodies.push_back(bar);
+  test::add_box(scene, {1, 0.05, 0.05}, 1, test::at(0.5, 0, 0), 0);
+  scene.colliders.clear();
   scene.joints.push_back(test::ball_joint(1, 0, {-0.5, 0, 0}, Vector3::Zero()));
   return {"pendulum", scene, frame, 600, BenchmarkScene::Judge::trajectory};
 }

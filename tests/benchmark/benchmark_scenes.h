@@ -2,6 +2,7 @@
 /// The benchmark's scenes, and how a run of one is judged.
 
 #include <string>
+#include <vector>
 
 #include "sim/measure/stepper.h"
 
@@ -19,6 +20,9 @@ struct BenchmarkScene {
   double step;  ///< s
   int steps;    ///< of one run
   Judge judge;
+
+  /// Returns true where there are no words, or the name begins with one of them.
+  bool is_chosen_by(const std::vector<std::string>& words) const;
 };
 
 BenchmarkScene pendulum();          ///< a bar of 1 × 0.05 × 0.05 m, hung at its end, released level

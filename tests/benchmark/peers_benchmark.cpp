@@ -15,7 +15,7 @@
 #include "render/report/plot.h"
 #include "sim/measure/invariants.h"
 #include "sim/study/engines/engines.h"
-#include "tests/benchmark/measurement.h"
+#include "tests/benchmark/benchmark_scenes.h"
 
 namespace substep::benchmark {
 namespace {
@@ -183,10 +183,7 @@ int main_of(const std::vector<std::string>& arguments) {
   const std::vector<Entrant> all = entrants();
   std::vector<SceneResult> results;
   for (const BenchmarkScene& scene : scenes()) {
-    const bool is_chosen = chosen.empty() || std::ranges::any_of(chosen, [&](const std::string& words) {
-                             return scene.name.starts_with(words);
-                           });
-    if (is_chosen) results.push_back(run(scene, all));
+    if (scene.is_chosen_by(chosen)) results.push_back(run(scene, all));
   }
   if (results.empty()) {
     fmt::print(stderr, "no scene's name begins with these words\n");

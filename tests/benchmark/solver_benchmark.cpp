@@ -1,154 +1,169 @@
-// solver_benchmark: CPU times of our algorithms and other engines, in one run, as tables in Markdown.
+// solver_benchmark: CPU times of our algorithms beside ODE and Bullet, of the stages of A5's steps, and of A1
+// by the size of its problem, as tables in Markdown.
 //
-//   solver_benchmark                                     everything: some minutes
-//   solver_benchmark --benchmark_filter='chain 10/'      one scene
-//
-// Options are Google Benchmark's. Figures are medians over repetitions, whose order is shuffled so
-// that a machine that slows down slows everyone.
+//   solver_benchmark              everything: some minutes
+//   solver_benchmark 'chain 10'   scenes whose names begin with these words
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 
+#include "sim/simulation.h"
 #include "sim/study/engines/engines.h"
-#include "tests/benchmark/measurement.h"
+#include "tests/benchmark/benchmark_scenes.h"
 
 namespace substep::benchmark {
 namespace {
 
-void register_ours(const BenchmarkScene& scene, const std::string& name, Settings settings) {
-  settings.step = scene.step;
-  register_steps(scene, name, algorithm_stepper, settings);
-}
+constexpr int repetitions = 3;
+constexpr std::array other_names{"dWorldStep", "QuickStep 20", "Bullet SI 10"};
 
-/// Registers the engine that sweeps call `engine`, where it was built in, with its defaults but for the
+struct Entrant {
+  std::string name;
+  MakeStepper make;
+  Settings settings;
+  std::vector<double> times = {};  ///< of a step, µs
+
+  double median() {
+    std::ranges::sort(times);
+    return times[times.size() / 2];
+  }
+};
+
+/// Adds the engine that sweeps call `engine`, where it was built in, with its defaults but for the
 /// iterations.
-void register_engine(const BenchmarkScene& scene, const std::string& engine, const std::string& name,
-                     int iterations) {
+void add_engine(std::vector<Entrant>& entrants, const std::string& engine, const std::string& name,
+                int iterations) {
   const auto found = std::ranges::find(engines(), engine, &Engine::name);
-  if (found == engines().end()) return;
-  register_steps(scene, name, found->make, {.step = scene.step, .iterations = iterations});
+  if (found != engines().end()) entrants.push_back({name, found->make, {.iterations = iterations}});
 }
 
-void register_a1(const BenchmarkScene& scene) {
-  register_ours(scene, "A1", {.algorithm = Algorithm::a1, .substeps = 1});
+std::vector<Entrant> on_joints() {
+  const std::pair<const char*, Settings> ours[] = {
+      {"A1", {.algorithm = Algorithm::a1}},
+      {"A2 m=10", {.algorithm = Algorithm::a2, .iterations = 10}},
+      {"A3 n=4 m=1", {.algorithm = Algorithm::a3}},
+      {"A4 n=4 m=1", {.algorithm = Algorithm::a4}},
+      {"A5 n=4 m=1", {.algorithm = Algorithm::a5}},
+      {"A5 n=4 m=1 stable", {.algorithm = Algorithm::a5, .joints = Joints::stable}}};
+  std::vector<Entrant> entrants;
+  for (const auto& [name, settings] : ours) entrants.push_back({name, algorithm_stepper, settings});
+  add_engine(entrants, "ode-step", other_names[0], 1);
+  add_engine(entrants, "ode-quickstep", other_names[1], 20);
+  add_engine(entrants, "bullet-si", other_names[2], 10);
+  return entrants;
 }
 
-void register_direct_engine(const BenchmarkScene& scene) {
-  register_engine(scene, "ode-step", "dWorldStep", 1);
+/// Returns A2 and A5 with the default settings, ten sweeps each, and engines with iterations.
+std::vector<Entrant> on_contacts() {
+  std::vector<Entrant> entrants{{"A2 m=10", algorithm_stepper, default_settings(Algorithm::a2)},
+                                {"A5 n=10", algorithm_stepper, default_settings(Algorithm::a5)}};
+  add_engine(entrants, "ode-quickstep", other_names[1], 20);
+  add_engine(entrants, "bullet-si", other_names[2], 10);
+  return entrants;
 }
 
-void register_iterative_engines(const BenchmarkScene& scene) {
-  register_engine(scene, "ode-quickstep", "QuickStep 20", 20);
-  register_engine(scene, "bullet-si", "Bullet SI 10", 10);
+/// Returns the scene with the duration of its steps.
+Scene timed(const BenchmarkScene& scene) {
+  Scene result = scene.scene;
+  result.duration = scene.steps * scene.step;
+  return result;
 }
 
-void register_joints(const BenchmarkScene& scene) {
-  register_a1(scene);
-  register_ours(scene, "A2 m=10", {.algorithm = Algorithm::a2, .substeps = 1, .iterations = 10});
-  register_ours(scene, "A3 n=4 m=1", {.algorithm = Algorithm::a3});
-  register_ours(scene, "A4 n=4 m=1", {.algorithm = Algorithm::a4});
-  register_ours(scene, "A5 n=4 m=1", {.algorithm = Algorithm::a5});
-  register_ours(scene, "A5 n=4 m=1 stable", {.algorithm = Algorithm::a5, .joints = Joints::stable});
-  register_direct_engine(scene);
-  register_iterative_engines(scene);
+std::string remark(const BenchmarkScene& scene, const Verdict& verdict) {
+  const std::string begin = verdict.passed ? "" : "fails its check: ";
+  const double duration = scene.steps * scene.step;
+  if (scene.judge == BenchmarkScene::Judge::trajectory)
+    return begin + fmt::format("{:.2g} m from the reference after 1 s", verdict.error);
+  if (scene.judge == BenchmarkScene::Judge::standing)
+    return begin + fmt::format("moved {:.2g} m in {:.0f} s", verdict.error, duration);
+  return begin + fmt::format("{:.2g} m deep after {:.0f} s", verdict.error, duration);
 }
 
-/// Registers A5 with the default settings: ten sub-steps of one sweep.
-void register_a5(const BenchmarkScene& scene) {
-  register_ours(scene, "A5 n=10", default_settings(Algorithm::a5));
+/// Times the entrants in turns, so that a machine that slows down slows all of them, and prints a row for
+/// each: its time, and the ratios to the times of other engines.
+void compare(const BenchmarkScene& scene, std::vector<Entrant> entrants) {
+  for (int i = 0; i < repetitions; ++i) {
+    for (Entrant& entrant : entrants) {
+      entrant.settings.step = scene.step;
+      const RunTimes times = time_run(timed(scene), entrant.settings, entrant.make, 1);
+      entrant.times.push_back(1e6 * times.median / scene.steps);
+    }
+  }
+  for (Entrant& entrant : entrants) {
+    std::string row = fmt::format("| {} | {} | {:.4g} |", scene.name, entrant.name, entrant.median());
+    for (const char* const name : other_names) {
+      const auto other = std::ranges::find(entrants, name, &Entrant::name);
+      row += other == entrants.end() ? " – |" : fmt::format(" {:.3g} |", entrant.median() / other->median());
+    }
+    const Verdict verdict = judge(scene, *entrant.make(scene.scene, entrant.settings));
+    fmt::print("{} {} |\n", row, remark(scene, verdict));
+  }
 }
 
-void register_contacts(const BenchmarkScene& scene) {
-  register_ours(scene, "A2 m=10", default_settings(Algorithm::a2));
-  register_a5(scene);
-  register_iterative_engines(scene);
+void print_stages(const BenchmarkScene& scene) {
+  Settings settings = default_settings(Algorithm::a5);
+  settings.step = scene.step;
+  const StageTimes stages = time_run(timed(scene), settings, 1).stages;
+  fmt::print("| {} | {:.4g} | {:.4g} | {:.4g} | {:.4g} |\n", scene.name, stages.geometry, stages.formulation,
+             stages.velocities, stages.coordinates);
 }
 
-void register_all() {
-  for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) register_joints(scene);
-  for (const int rods : {100, 10000}) register_a1(chain_of(rods));
-  for (const int rods : {10, 100, 1000, 10000}) register_cost_of_a1(chain_of(rods));
-  for (const int side : {8, 16, 32, 48}) register_cost_of_a1(net_of(side));
-  for (const int boxes : {10, 20, 40, 80, 160}) register_cost_of_a1(stack_of(boxes));
-  for (const int base : {5, 10, 15, 20, 30}) register_cost_of_a1(pyramid_of(base));
-  for (const int side : {5, 10, 15}) register_cost_of_a1(wall_of(side));
-  for (const int boxes : {25, 50, 100}) register_cost_of_a1(pile_of(boxes));
-  for (const BenchmarkScene& scene : {wall_of(10), pile_of(100)}) register_a5(scene);
-  register_a1(stack_of(10));
-  register_contacts(stack_of(10));
-  register_direct_engine(stack_of(10));
-  for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
-  for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
-  register_contacts(pile_of(250));
-  register_a5(pile_of(2000));
-  register_engine(pile_of(2000), "bullet-si", "Bullet SI 10", 10);
+void print_cost_of_a1(const BenchmarkScene& scene) {
+  Simulation simulation(scene.scene, {.algorithm = Algorithm::a1, .step = scene.step});
+  simulation.step();  // the first step makes room
+  double rows = 0;
+  double sets = 0;
+  double residual = 0;
+  const double start = cpu_time();
+  for (int i = 1; i < scene.steps; ++i) {
+    const StepReport& report = simulation.step();
+    rows += report.rows;
+    sets += report.active_sets;
+    residual = std::max(residual, report.residual);
+  }
+  const double time = cpu_time() - start;
+  const int steps = scene.steps - 1;
+  fmt::print("| {} | {:.4g} | {:.2g} | {:.4g} | {:.3g} | {:.2g} |\n", scene.name, rows / steps, sets / steps,
+             1e6 * time / steps, 1e9 * time / rows, residual);
+}
+
+void run(const std::vector<std::string>& words) {
+  const auto is_chosen = [&](const BenchmarkScene& scene) { return scene.is_chosen_by(words); };
+  fmt::print("| scene | engine | µs a step | / {} | check |\n|---|---|---:|---:|---:|---:|---|\n",
+             fmt::join(other_names, " | / "));
+  for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) {
+    if (is_chosen(scene)) compare(scene, on_joints());
+  }
+  for (const BenchmarkScene& scene : {stack_of(10), pyramid_of(10), pyramid_of(20), pyramid_of(30),
+                                      wall_of(10), pile_of(250), pile_of(2000)}) {
+    if (is_chosen(scene)) compare(scene, on_contacts());
+  }
+  fmt::print(
+      "\n| A5 n=10 | µs s1, geometry | s2, rows | s3, velocities | s4, coordinates |\n"
+      "|---|---:|---:|---:|---:|\n");
   for (const BenchmarkScene& scene :
        {pyramid_of(10), pyramid_of(20), pyramid_of(30), pile_of(250), pile_of(2000)}) {
-    Settings settings = default_settings(Algorithm::a5);
-    settings.step = scene.step;
-    register_stages(scene, "A5 n=10", settings);
+    if (is_chosen(scene)) print_stages(scene);
   }
-}
-
-/// Returns the ratios that this run measured both sides of, as a table in Markdown. Its last column names
-/// those that failed their check.
-std::string ratios(const Results& results) {
-  std::string text = "| of | ratio | measured | fails its check |\n|---|---|---:|---|\n";
-  const auto add = [&](const std::string& about, const std::string& what, const std::string& one,
-                       const std::string& other, const std::string& figure) {
-    const double ratio = results.median(one, figure) / results.median(other, figure);
-    if (!std::isfinite(ratio)) return;
-    std::string failed;
-    for (const std::string& name : {one, other}) {
-      if (results.failed(name)) failed += (failed.empty() ? "" : ", ") + name;
-    }
-    text += fmt::format("| {} | {} | {:.3g} | {} |\n", about, what, ratio, failed);
-  };
-  for (const std::string scene : {"pendulum", "chain 10", "heavy chain"}) {
-    add("joints", "A1 on " + scene + " / dWorldStep", scene + "/A1", scene + "/dWorldStep", "us_per_step");
+  fmt::print(
+      "\n| A1 | rows | sets a step | µs a step | ns a row | residual |\n|---|---:|---:|---:|---:|---:|\n");
+  std::vector<BenchmarkScene> sizes;
+  for (const int rods : {10, 100, 1000, 10000}) sizes.push_back(chain_of(rods));
+  for (const int side : {8, 16, 32, 48}) sizes.push_back(net_of(side));
+  for (const int boxes : {10, 20, 40, 80, 160}) sizes.push_back(stack_of(boxes));
+  for (const int base : {5, 10, 15, 20, 30}) sizes.push_back(pyramid_of(base));
+  for (const int side : {5, 10, 15}) sizes.push_back(wall_of(side));
+  for (const int boxes : {25, 50, 100}) sizes.push_back(pile_of(boxes));
+  for (const BenchmarkScene& scene : sizes) {
+    if (is_chosen(scene)) print_cost_of_a1(scene);
   }
-  for (const std::string scene : {"pendulum", "chain 10", "heavy chain"}) {
-    add("joints", "A5 n=4 on " + scene + " / QuickStep 20", scene + "/A5 n=4 m=1", scene + "/QuickStep 20",
-        "us_per_step");
-  }
-  add("A1 by size", "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1",
-      "ns_per_body_step");
-  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {
-    add(scene.substr(0, scene.find(' ')) + "s", "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10",
-        scene + "/Bullet SI 10", "us_per_step");
-  }
-  add("piles", "A5 n=10 a body-step, pile of 2000 / of 250", "pile 2000/A5 n=10", "pile 250/A5 n=10",
-      "ns_per_body_step");
-  add("A1 by size", "A1 a row, pyramid of 210 / of 15", "pyramid 210/cost of A1", "pyramid 15/cost of A1",
-      "ns_per_row");
-  add("A1 by size", "A1 a row, pyramid of 465 / of 55", "pyramid 465/cost of A1", "pyramid 55/cost of A1",
-      "ns_per_row");
-  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "wall 100"}) {
-    add("heaps", "A1 on " + scene + " / A5 n=10", scene + "/cost of A1", scene + "/A5 n=10", "us_per_step");
-  }
-  return text;
 }
 
 }  // namespace
 }  // namespace substep::benchmark
 
 int main(int argc, char** argv) {
-  using namespace substep::benchmark;
-  // Put our options first, so that the user's override them.
-  std::vector<char*> arguments = {argv[0]};
-  std::string defaults[] = {"--benchmark_repetitions=7", "--benchmark_enable_random_interleaving=true",
-                            "--benchmark_min_time=0.05"};
-  for (std::string& one : defaults) arguments.push_back(one.data());
-  arguments.insert(arguments.end(), argv + 1, argv + argc);
-  int count = static_cast<int>(arguments.size());
-  arguments.push_back(nullptr);
-  ::benchmark::Initialize(&count, arguments.data());
-  if (::benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
-  register_all();
-  Results results;
-  ::benchmark::RunSpecifiedBenchmarks(&results);
-  fmt::print("{}\n{}\n{}\n{}\n{}", table(results), stages(results), cost_of_a1(results),
-             exponents_of_a1(results), ratios(results));
+  substep::benchmark::run({argv + 1, argv + argc});
 }

@@ -14,8 +14,8 @@ Pairs brute_pairs(const std::vector<Bounds>& boxes) {
   Pairs pairs;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     for (std::uint32_t j = i + 1; j < boxes.size(); ++j) {
-      if ((boxes[i].lower.array() <= boxes[j].upper.array()).all() &&
-          (boxes[j].lower.array() <= boxes[i].upper.array()).all()) {
+      if ((boxes[i].min().array() <= boxes[j].max().array()).all() &&
+          (boxes[j].min().array() <= boxes[i].max().array()).all()) {
         pairs.emplace_back(i, j);
       }
     }
@@ -73,8 +73,8 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
     for (Bounds& box : boxes) {
       // Move the boxes slowly, then to random positions.
       const Vector3 move = test::random_point(random, step < 20 ? 0.01 : 3);
-      box.lower += move;
-      box.upper += move;
+      box.min() += move;
+      box.max() += move;
     }
   }
 }
@@ -94,14 +94,14 @@ TEST(BroadPhase, SweepsOnlyMovedBoxes) {
   const std::size_t before = pairs.size();
   for (Bounds& box : boxes) {
     const Vector3 move = test::random_point(random, 0.049);
-    box.lower += move;
-    box.upper += move;
+    box.min() += move;
+    box.max() += move;
   }
   broad_phase.find_pairs(boxes, pairs);
   EXPECT_EQ(broad_phase.pairs_tested(), 0u);
   EXPECT_EQ(pairs, brute_pairs(boxes));
   EXPECT_NE(pairs.size(), before);
-  boxes[7].lower.z() -= 0.11;
+  boxes[7].min().z() -= 0.11;
   broad_phase.find_pairs(boxes, pairs);
   EXPECT_GT(broad_phase.pairs_tested(), 0u);
   EXPECT_EQ(pairs, brute_pairs(boxes));

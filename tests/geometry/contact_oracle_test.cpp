@@ -25,19 +25,6 @@ std::vector<Polytope> polytopes(std::mt19937& random) {
   return result;
 }
 
-std::vector<Shape> round_shapes() {
-  return {Sphere{0.4},
-          Capsule{0.5, 0.2},
-          Capsule{0.6, 0.3},
-          make_cylinder(1, 0.5, 0.5),
-          make_cylinder(0.1, 0.5, 0.5),
-          make_cylinder(2, 0.1, 0.1),
-          make_cylinder(1, 0.5, 0.2),
-          make_cylinder(0.8, 0, 0.4),
-          make_tapered_capsule(1, 0.3, 0.1),
-          make_tapered_capsule(0.3, 0.2, 0.4)};
-}
-
 /// Returns minus the depth of the overlap of two convex shapes. The search may end at a local maximum of the
 /// separation; the normals `found` are measured, too, which can only improve the result.
 double searched_separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
@@ -83,7 +70,7 @@ double searched_separation(const Shape& a, const Pose& pose_a, const Shape& b, c
 
 TEST(ContactOracle, DepthsAndDistancesAgree) {
   std::mt19937 random(2);
-  std::vector<Shape> shapes = round_shapes();
+  std::vector<Shape> shapes = test::round_shapes();
   for (const Polytope& polytope : polytopes(random)) shapes.emplace_back(polytope);
   constexpr double margin = 0.05;
   int overlapping = 0;
@@ -100,7 +87,7 @@ TEST(ContactOracle, DepthsAndDistancesAgree) {
     ASSERT_EQ(test::complaint(points, margin), "");
     const auto size_of = [](const Shape& shape) {
       const Bounds box = bounds(shape, {});
-      return (box.upper - box.lower).norm();
+      return box.sizes().norm();
     };
     const double size = std::min(size_of(a), size_of(b));
     const double lowest = test::lowest_distance(points);
@@ -171,7 +158,7 @@ TEST(ContactOracle, GrazingPairsKeepTheirInvariants) {
 
 TEST(ContactOracle, SwappedPairsAreMirrored) {
   std::mt19937 random(2);
-  std::vector<Shape> shapes = round_shapes();
+  std::vector<Shape> shapes = test::round_shapes();
   for (const Polytope& polytope : polytopes(random)) shapes.emplace_back(polytope);
   shapes.emplace_back(Plane{});
   shapes.emplace_back(test::flat_mesh(8, 0.25, 0.3));

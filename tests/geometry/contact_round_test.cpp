@@ -112,41 +112,33 @@ TEST(RoundContacts, MeetingRimsTouchAtClosestPoints) {
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-6);
 }
 
-/// Expects the closest point of a convex solid to lie in the direction of largest separation: no other
-/// direction may separate the solid from the point by more.
-void expect_directions_of_largest_separation(const Shape& shape) {
-  std::mt19937 random(5);
-  int outside = 0;
-  for (int trial = 0; trial < 200; ++trial) {
-    const Pose pose = {test::random_point(random, 1), test::random_orientation(random)};
-    const RevolvedSolid solid = *as_revolved(shape, pose);
-    const Vector3 point = pose.position + test::random_point(random, 1);
-    const auto separation = [&](const Vector3& d) { return d.dot(point) - test::extent(shape, pose, d); };
-    const auto found = solid.direction_to(point);
-    double largest = -infinity;
-    for (int i = 0; i < 500; ++i) {
-      const Vector3 far = test::random_point(random, 1);
-      const Vector3 near = (found ? *found : Vector3::UnitY()) + 0.01 * far;
-      largest = std::max({largest, separation(far.normalized()), separation(near.normalized())});
-    }
-    if (largest < 1e-3) continue;
-    ++outside;
-    ASSERT_TRUE(found) << trial;
-    EXPECT_NEAR(found->norm(), 1, 1e-14) << trial;
-    EXPECT_GT(separation(*found), largest - 1e-12) << trial;  // measured larger by 1e-10 and more
-  }
-  EXPECT_GT(outside, 100);  // measured 195 to 199
-}
-
+// The closest point of a convex solid lies in the direction of largest separation: no other direction may
+// separate the solid from the point by more.
 TEST(RevolvedSolid, ClosestPointMatchesLargestSeparation) {
-  expect_directions_of_largest_separation(Sphere{0.3});
-  expect_directions_of_largest_separation(Capsule{0.3, 0.2});
-  expect_directions_of_largest_separation(make_tapered_capsule(0.6, 0.3, 0.1));
-  expect_directions_of_largest_separation(make_tapered_capsule(0.6, 0.1, 0.3));
-  expect_directions_of_largest_separation(make_cylinder(0.6, 0.3, 0.3));
-  expect_directions_of_largest_separation(make_cylinder(0.6, 0.35, 0.1));
-  expect_directions_of_largest_separation(make_cylinder(0.4, 0.1, 0.5));
-  expect_directions_of_largest_separation(make_cylinder(0.6, 0.3, 0));
+  std::mt19937 random(5);
+  for (const Shape& shape : test::round_shapes()) {
+    SCOPED_TRACE(shape.index());
+    int outside = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+      const Pose pose = {test::random_point(random, 1), test::random_orientation(random)};
+      const RevolvedSolid solid = *as_revolved(shape, pose);
+      const Vector3 point = pose.position + test::random_point(random, 1);
+      const auto separation = [&](const Vector3& d) { return d.dot(point) - test::extent(shape, pose, d); };
+      const auto found = solid.direction_to(point);
+      double largest = -infinity;
+      for (int i = 0; i < 500; ++i) {
+        const Vector3 far = test::random_point(random, 1);
+        const Vector3 near = (found ? *found : Vector3::UnitY()) + 0.01 * far;
+        largest = std::max({largest, separation(far.normalized()), separation(near.normalized())});
+      }
+      if (largest < 1e-3) continue;
+      ++outside;
+      ASSERT_TRUE(found) << trial;
+      EXPECT_NEAR(found->norm(), 1, 1e-14) << trial;
+      EXPECT_GT(separation(*found), largest - 1e-12) << trial;  // measured larger by 1e-10 and more
+    }
+    EXPECT_GT(outside, 100);  // measured 195 to 199
+  }
 }
 
 }  // namespace

@@ -244,7 +244,7 @@ TEST(Contacts, SlightTiltKeepsFace) {
   std::mt19937 random(1);
   const Polytope cube = box({1, 1, 1});
   Polytope hull = cube;
-  hull.box.reset();
+  hull.half_box.reset();
   const Polytope dodeca = dodecahedron();
   const Quaternion on_face = face_towards(dodeca, -Vector3::UnitY());
   const Quaternion face_up = face_towards(dodeca, Vector3::UnitY());
@@ -367,7 +367,7 @@ TEST(Contacts, CornersTouchAtClosestPoints) {
       {0, 0, 0}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}, {0.1, 1, -0.1}, {-0.1, 1, -0.1}};
   const Polytope spike = convex_hull(corners, "spike");
   Polytope hull = box({1, 1, 1});
-  hull.box.reset();
+  hull.half_box.reset();
   for (const Polytope& cube : {box({1, 1, 1}), hull}) {
     // Put boxes diagonally apart: each axis has a gap below the margin, the distance is √3 times it, and no
     // faces overlap.
@@ -400,9 +400,9 @@ TEST(Contacts, EllipsoidMatchesManyPoints) {
     const Quaternion orientation = turn(0.37 * i, {std::sin(1.0 * i), 0.3, std::cos(2.0 * i)});
     const Bounds around = bounds(smooth, {Vector3::Zero(), orientation});
     const Bounds around_points = bounds(fine, {Vector3::Zero(), orientation});
-    EXPECT_LT((around.upper - around_points.upper).norm(),
+    EXPECT_LT((around.max() - around_points.max()).norm(),
               5e-5);  // measured 3.7e-5
-    EXPECT_EQ(around.lower, -around.upper);
+    EXPECT_EQ(around.min(), -around.max());
 
     const Pose pose{plane.position + 0.03 * normal, orientation};
     const auto found = contacts(smooth, pose, Plane{}, plane, 1);
@@ -431,12 +431,12 @@ TEST(Contacts, RotatedBoxMatchesItsHull) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 500; ++trial) {
     const Pose placement = {test::random_point(random, 0.3), test::random_orientation(random)};
-    const Polytope one = test::transformed(box({1, 0.8, 0.6}), placement);
+    const Polytope one = box({1, 0.8, 0.6});
     Polytope other = one;
-    other.box.reset();
+    other.half_box.reset();
     const Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
-    const auto quick = contacts(one, pose, one, {}, usual_margin);
-    const auto slow = contacts(other, pose, other, {}, usual_margin);
+    const auto quick = contacts(one, pose * placement, one, placement, usual_margin);
+    const auto slow = contacts(other, pose * placement, other, placement, usual_margin);
     // Equal axes give equal depths, except for ties in the choice of a face.
     ASSERT_EQ(quick.empty(), slow.empty());
     if (!quick.empty()) {
@@ -455,28 +455,28 @@ TEST(Bounds, AreTight) {
     const Bounds found = bounds(polytope, pose);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3 unit = Vector3::Unit(axis);
-      EXPECT_NEAR(found.upper[axis], test::extent(polytope, pose, unit), 1e-14);  // measured 4e-15
-      EXPECT_NEAR(found.lower[axis], -test::extent(polytope, pose, -unit), 1e-14);
+      EXPECT_NEAR(found.max()[axis], test::extent(polytope, pose, unit), 1e-14);  // measured 4e-15
+      EXPECT_NEAR(found.min()[axis], -test::extent(polytope, pose, -unit), 1e-14);
     }
   }
   const Bounds ball = bounds(Sphere{2}, {{1, 2, 3}, upright});
-  EXPECT_EQ(ball.lower, Vector3(-1, 0, 1));
-  EXPECT_EQ(ball.upper, Vector3(3, 4, 5));
+  EXPECT_EQ(ball.min(), Vector3(-1, 0, 1));
+  EXPECT_EQ(ball.max(), Vector3(3, 4, 5));
   const Bounds capsule = bounds(Capsule{1, 0.5}, {{0, 0, 0}, turn(pi / 4, {0, 0, 1})});
-  EXPECT_NEAR(capsule.upper.x(), std::sqrt(0.5) + 0.5, 1e-15);
-  EXPECT_NEAR(capsule.upper.z(), 0.5, 1e-15);
+  EXPECT_NEAR(capsule.max().x(), std::sqrt(0.5) + 0.5, 1e-15);
+  EXPECT_NEAR(capsule.max().z(), 0.5, 1e-15);
 }
 
 TEST(Bounds, PlanesEndWhereTheyFaceAnAxis) {
   const Bounds floor = bounds(Plane{}, {{1, 2, 3}, upright});
-  EXPECT_EQ(floor.upper, Vector3(infinity, 2, infinity));
-  EXPECT_EQ(floor.lower, Vector3::Constant(-infinity));
+  EXPECT_EQ(floor.max(), Vector3(infinity, 2, infinity));
+  EXPECT_EQ(floor.min(), Vector3::Constant(-infinity));
   // A quarter turn: the normal is −X, so the half-space lies above x = 1.
   const Bounds wall = bounds(Plane{}, {{1, 2, 3}, turn(pi / 2, {0, 0, 1})});
-  EXPECT_EQ(wall.lower, Vector3(1, -infinity, -infinity));
-  EXPECT_EQ(wall.upper, Vector3::Constant(infinity));
+  EXPECT_EQ(wall.min(), Vector3(1, -infinity, -infinity));
+  EXPECT_EQ(wall.max(), Vector3::Constant(infinity));
   const Bounds ramp = bounds(Plane{}, {{1, 2, 3}, turn(0.1, {0, 0, 1})});
-  EXPECT_EQ(ramp.upper, Vector3::Constant(infinity));
+  EXPECT_EQ(ramp.max(), Vector3::Constant(infinity));
 }
 
 }  // namespace

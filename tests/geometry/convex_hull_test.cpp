@@ -110,17 +110,6 @@ TEST(ConvexHull, HoldsManyPointsOnSphere) {
               0.06);  // measured 0.05: chords
 }
 
-TEST(ConvexHull, RepeatsExactly) {
-  std::mt19937 random(5);
-  std::vector<Vector3> points;
-  points.reserve(200);
-  for (int i = 0; i < 200; ++i) points.push_back(test::random_point(random, 1));
-  const Polytope one = convex_hull(points, "points");
-  const Polytope other = convex_hull(points, "points");
-  EXPECT_EQ(one.face_vertices, other.face_vertices);
-  EXPECT_EQ(one.face_normals, other.face_normals);
-}
-
 TEST(ConvexHull, KeepsShapeAtAnySizeAndPosition) {
   for (const double size : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     std::vector<Vector3> points = test::dodecahedron_points();
@@ -199,7 +188,7 @@ TEST(Box, IsABox) {
   EXPECT_EQ(solid.face_count(), 6U);
   EXPECT_DOUBLE_EQ(mass_properties(solid).mass, 6);
   EXPECT_DOUBLE_EQ(solid.inner_radius, 0.5);
-  EXPECT_TRUE(solid.box.has_value());
+  EXPECT_TRUE(solid.half_box.has_value());
   EXPECT_THROW(box({1, 0, 1}), Error);
   EXPECT_THROW(box({1, std::numeric_limits<double>::quiet_NaN(), 1}), Error);
 }
@@ -228,20 +217,15 @@ TEST(Cylinder, HasVerticesOnCircles) {
 TEST(Scaled, KeepsBoxesAndValidHulls) {
   const Polytope solid = scaled(box({1, 1, 1}), {1, 2, 3});
   expect_sound(solid, 0);
-  EXPECT_EQ(solid.box->half_size, Vector3(0.5, 1, 1.5));
+  EXPECT_EQ(solid.half_box, Vector3(0.5, 1, 1.5));
   expect_sound(scaled(convex_hull(test::dodecahedron_points(), "d"), {1, 5, 0.2}), 1e-14);
-  // Scaling shears a rotated box, which then is no box.
-  EXPECT_FALSE(
-      scaled(test::transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.5, {0, 0, 1})}), {1, 2, 1})
-          .box);
   EXPECT_THROW(scaled(solid, {1, -1, 1}), Error);
 }
 
-TEST(Transformed, MovesBoxWithVertices) {
+TEST(Transformed, KeepsMass) {
   const Pose pose = {{1, 2, 3}, test::turn(0.7, {1, -1, 2})};
   const Polytope moved = test::transformed(box({1, 2, 3}), pose);
   expect_sound(moved, 1e-14);
-  EXPECT_LT((moved.box->pose.position - pose.position).norm(), 1e-15);
   EXPECT_DOUBLE_EQ(mass_properties(moved).mass, 6);
 }
 

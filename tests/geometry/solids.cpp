@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
 
 namespace substep::test {
@@ -39,13 +40,24 @@ Polytope random_hull(std::mt19937& random, int count) {
   return convex_hull(points, "random points");
 }
 
+std::vector<Shape> round_shapes() {
+  return {Sphere{0.4},
+          Capsule{0.5, 0.2},
+          Capsule{0.6, 0.3},
+          make_cylinder(1, 0.5, 0.5),
+          make_cylinder(0.1, 0.5, 0.5),
+          make_cylinder(2, 0.1, 0.1),
+          make_cylinder(1, 0.5, 0.2),
+          make_cylinder(0.8, 0, 0.4),
+          make_tapered_capsule(1, 0.3, 0.1),
+          make_tapered_capsule(0.3, 0.2, 0.4)};
+}
+
 Polytope transformed(const Polytope& polytope, const Pose& pose) {
   Polytope result = polytope;
   for (Vector3& vertex : result.vertices) vertex = pose * vertex;
-  result.box.reset();
-  result = scaled(result, Vector3::Ones());  // measures the faces
-  if (polytope.box) result.box = OrientedBox{pose * polytope.box->pose, polytope.box->half_size};
-  return result;
+  result.half_box.reset();
+  return scaled(result, Vector3::Ones());  // measures the faces
 }
 
 Vector3 grid_point(int i, int side) {

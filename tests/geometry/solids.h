@@ -11,7 +11,7 @@
 
 namespace substep::test {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double usual_margin = 0.02;  ///< m: contacts are found up to this distance
 const Quaternion upright = Quaternion::Identity();
 
@@ -23,7 +23,10 @@ Polytope dodecahedron();
 /// Returns the hull of `count` points, each coordinate normally distributed.
 Polytope random_hull(std::mt19937& random, int count);
 
-/// Returns the polytope moved rigidly: vertex → pose * vertex.
+/// Returns balls, capsules, cylinders, cones and tapered capsules, up to 2 m long.
+std::vector<Shape> round_shapes();
+
+/// Returns the polytope moved rigidly, as a hull: vertex → pose * vertex.
 Polytope transformed(const Polytope& polytope, const Pose& pose);
 
 /// Returns the i-th of side³ points with whole coordinates from 0.

@@ -23,7 +23,7 @@ TEST(TriangleMesh, LeavesHoldNeighbours) {
   const TriangleMesh mesh = make_triangle_mesh(ordered.vertices, triangles, "shuffled");
   double area = 0;
   for (const TriangleMesh::Node& node : mesh.nodes) {
-    const Vector3 size = node.bounds.upper - node.bounds.lower;
+    const Vector3 size = node.bounds.sizes();
     if (node.count > 0) area += size.x() * size.z();
   }
   EXPECT_LT(area, 1.5 * 16);  // of 16 m²; measured 16
@@ -64,7 +64,7 @@ TEST(TriangleMesh, FindsSameTrianglesAsBruteForce) {
       const Triangle& c = mesh.triangles[t];
       const Vector3 low = mesh.vertices[c[0]].cwiseMin(mesh.vertices[c[1]]).cwiseMin(mesh.vertices[c[2]]);
       const Vector3 high = mesh.vertices[c[0]].cwiseMax(mesh.vertices[c[1]]).cwiseMax(mesh.vertices[c[2]]);
-      if ((low.array() <= box.upper.array()).all() && (box.lower.array() <= high.array()).all()) {
+      if ((low.array() <= box.max().array()).all() && (box.min().array() <= high.array()).all()) {
         expected.push_back(t);
       }
     }

@@ -1,9 +1,8 @@
 """Tests the report in a headless browser: clicks and types every mode, and expects no network requests.
 
-report_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
+report_browser_test.py SUBSTEP SOURCE_FOLDER
 """
 
-import base64
 import pathlib
 import shutil
 import subprocess
@@ -48,23 +47,10 @@ def failing_report(substep, source, folder):
 
 
 class Page:
-    def __init__(self, page, report, screenshots):
+    def __init__(self, page, report):
         self.page = page
-        self.screenshots = screenshots
         page.get(report.as_uri())
         self.body = page.find_element(By.TAG_NAME, "body")
-
-    def shot(self, name):
-        if self.screenshots:
-            self.page.save_screenshot(str(self.screenshots / f"{name}.png"))
-
-    def tall_shot(self, name, height):
-        """Takes a picture of more of the page than the window shows."""
-        if not self.screenshots:
-            return
-        shot = self.page.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True,
-            "clip": {"x": 0, "y": 0, "width": 1300, "height": height, "scale": 1}})
-        (self.screenshots / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
 
     def script(self, text, *arguments):
         return self.page.execute_script(text, *arguments)
@@ -75,16 +61,12 @@ class Page:
     def pair(self):
         return self.page.find_element(By.CSS_SELECTOR, "section.current .pair")
 
-    def pressed(self):
-        return self.pair().find_element(By.CSS_SELECTOR, "button[aria-pressed=true]").text
-
     def shows(self):
         images = self.pair().find_elements(By.CSS_SELECTOR, "img")
         return [image.get_attribute("data-what") for image in images if image.is_displayed()]
 
 
 def drive(page):
-    page.shot("overview")
     expect(page.script("return document.querySelectorAll('section.case h2').length") == 2, "two cases")
     page.key("j")
     expect(len(page.page.find_elements(By.CSS_SELECTOR, "section.current")) == 1, "j goes to a case")
@@ -104,7 +86,6 @@ def drive(page):
             if by == "key":
                 expect(box["y"] >= top and box["y"] + box["height"] <= top + page.script("return innerHeight"),
                        f"{mode} is not in sight after its key")
-                page.shot(mode)
     page.key("2")
     page.key(" ")
     first = page.shows()
@@ -120,11 +101,6 @@ def dark(page):
     page.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
     color = page.script("return getComputedStyle(document.body).backgroundColor")
     expect(sum(int(c) for c in color[4:-1].split(",")) < 200, f"dark mode is dark: {color}")
-    page.script("scrollTo(0, 0)")
-    page.shot("dark")
-    page.key("k")
-    page.key("3")
-    page.shot("dark_flip")
 
 
 def without_scripts(page, report):
@@ -132,19 +108,15 @@ def without_scripts(page, report):
     page.page.get(report.as_uri())
     pictures = page.page.find_elements(By.CSS_SELECTOR, ".pictures img")
     expect(len(pictures) > 10 and pictures[0].is_displayed(), "without scripts the pictures are there")
-    page.tall_shot("no_script_dark", 2300)
-    page.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "light"}]})
-    page.tall_shot("no_script", 2300)
 
 
 def main():
     substep, source = sys.argv[1:3]
-    screenshots = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as folder:
         report = failing_report(substep, pathlib.Path(source), pathlib.Path(folder))
         chrome = browser("1300,1050", ["--disable-gpu"])
         try:
-            page = Page(chrome, report, screenshots)
+            page = Page(chrome, report)
             drive(page)
             dark(page)
             expect_no_network(page.page)

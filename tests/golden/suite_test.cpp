@@ -45,7 +45,8 @@ full_every = 20
 images = [60, 20]
 size = [160, 90]
 algorithms = ["a2", "a5"]
-tolerance = { level = 5, flip = 0.25 }
+tolerance = { hard = 61, level = 5, flip = 0.25 }
+pose_tolerance = { position = 0.1, orientation = 0.2, energy = 0.3, penetration = 0.4, resting = 5 }
 [defaults.settings]
 substeps = 8
 [defaults.settings.a2]
@@ -75,9 +76,16 @@ substeps = 2
   EXPECT_EQ(a2.frames, 60);
   EXPECT_EQ(a2.images, (std::vector<int>{20, 60}));
   EXPECT_EQ(std::pair(a2.width, a2.height), std::pair(160, 90));
+  EXPECT_EQ(a2.tolerance.hard, 61);
   EXPECT_EQ(a2.tolerance.level, 5);
   EXPECT_EQ(a2.tolerance.flip, 0.25);
   EXPECT_EQ(a2.tolerance.count, ImageTolerance{}.count);
+  ASSERT_TRUE(a2.pose_tolerance);
+  EXPECT_EQ(a2.pose_tolerance->position, 0.1);
+  EXPECT_EQ(a2.pose_tolerance->orientation, 0.2);
+  EXPECT_EQ(a2.pose_tolerance->energy, 0.3);
+  EXPECT_EQ(a2.pose_tolerance->penetration, 0.4);
+  EXPECT_EQ(a2.pose_tolerance->resting, 5);
   EXPECT_EQ(a2.pose_file, folder_.path() / "poses/box_stack/a2.poses");
   EXPECT_EQ(a2.image_file(60), folder_.path() / "images/box_stack/a2.f0060.png");
   EXPECT_EQ(suite.cases[1].settings.iterations, 1);
@@ -149,25 +157,6 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
 }
 
-TEST_F(SuiteTest, ReadsEachTolerance) {
-  const Suite suite = read(
-      "[[case]]\nscene = \"../scenes/box_stack.gltf\"\nalgorithms = [\"a3\"]\n"
-      "tolerance = { hard = 61, level = 2, count = 33, flip = 0.4 }\n"
-      "pose_tolerance = { position = 0.1, orientation = 0.2, energy = 0.3, penetration = 0.4, resting = 5 "
-      "}\n");
-  const SuiteCase& entry = suite.cases.at(0);
-  EXPECT_EQ(entry.tolerance.hard, 61);
-  EXPECT_EQ(entry.tolerance.level, 2);
-  EXPECT_EQ(entry.tolerance.count, 33);
-  EXPECT_EQ(entry.tolerance.flip, 0.4);
-  ASSERT_TRUE(entry.pose_tolerance);
-  EXPECT_EQ(entry.pose_tolerance->position, 0.1);
-  EXPECT_EQ(entry.pose_tolerance->orientation, 0.2);
-  EXPECT_EQ(entry.pose_tolerance->energy, 0.3);
-  EXPECT_EQ(entry.pose_tolerance->penetration, 0.4);
-  EXPECT_EQ(entry.pose_tolerance->resting, 5);
-}
-
 TEST_F(SuiteTest, ReadsRunsMadeElsewhere) {
   folder_.write("arm.py", "");
   const Suite suite = read(R"(
@@ -206,11 +195,6 @@ algorithms = ["a5"]
   EXPECT_TRUE(suite.cases[2].command.empty());
   EXPECT_EQ(suite.cases[3].name, "s.a5");
   EXPECT_TRUE(suite.cases[3].author.empty() && suite.cases[3].command.empty());
-}
-
-TEST_F(SuiteTest, ReadsSuiteOfFolder) {
-  read("[[case]]\nscene = \"one.gltf\"\n");
-  EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
 }
 
 TEST_F(SuiteTest, SelectsByCaseOrScene) {

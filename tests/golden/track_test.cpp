@@ -148,11 +148,6 @@ TEST(MotionComparison, IgnoresRoundingOfTracks) {
   EXPECT_NEAR(first.size, 2.8e-6, 1e-12);
 }
 
-TEST(MotionComparison, EqualRunsAreExact) {
-  const PoseTolerance tolerance;
-  EXPECT_EQ(compared(Fall(), Fall(), &tolerance).judgement, PoseJudgement::exact);
-}
-
 TEST(MotionComparison, RequiresBitsWithoutTolerance) {
   Fall actual;
   actual.move(5, 1e-12);

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <sstream>
 
+#include "sim/log/file_output.h"
 #include "sim/measure/claims.h"
 #include "tests/error_message.h"
 #include "tests/folders.h"
@@ -16,15 +15,11 @@
 namespace substep {
 namespace {
 
-std::string content(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  EXPECT_TRUE(stream) << file << ": run the tests through ctest, which measures the claims first";
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 /// Returns the text that `substep report claims` wrote when these tests began (CTest's fixture `claims`).
 std::string measured() {
-  return content(std::string(test::build_folder) + "/tests/claims.md");
+  const std::string file = std::string(test::build_folder) + "/tests/claims.md";
+  EXPECT_TRUE(content_of(file)) << file << ": run the tests through ctest, which measures the claims first";
+  return content_of(file).value_or("");
 }
 
 /// Returns the verdict of a claim: "holds", "holds except: …".
@@ -69,7 +64,8 @@ TEST(ClaimsReport, SubstepsBeatIterationsAtEqualRowSolves) {
 }
 
 TEST(ClaimsReport, PageHasEachLine) {
-  const std::string page = without_timings(content(std::string(test::source_folder) + "/scenes/claims.md"));
+  const std::string page =
+      without_timings(*content_of(std::string(test::source_folder) + "/scenes/claims.md"));
   std::istringstream lines(without_timings(measured()));
   for (std::string line; std::getline(lines, line);)
     EXPECT_NE(page.find(line + '\n'), std::string::npos) << line;

@@ -10,9 +10,6 @@
 #include <tuple>
 
 #include "sim/math/rotation.h"
-#include "sim/measure/metrics.h"
-#include "sim/model/usual_settings.h"
-#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
@@ -313,21 +310,6 @@ TEST(Expectations, ShorterRunOmitsLaterFigures) {
   late.needs = 2;
   scene.duration = 1;
   EXPECT_EQ(figures(scene, {late, of(Quantity::way, 0)}, glide, 1).size(), 1u);
-}
-
-TEST(Expectations, InclineBlocksSlideAsCoulombSays) {
-  const Scene scene = scene_named("incline");
-  const ReferenceMotion reference = reference_motion(scene, 0.1);
-  const Metrics metrics = measure(scene, usual_settings(scene, Algorithm::a1), reference, false);
-  ASSERT_EQ(metrics.expected.size(), 3u);
-  EXPECT_LT(metrics.expected[0].measured, 1e-9);
-  for (const auto& [i, friction] : {std::pair{1, 0.5}, {2, 0.3}}) {
-    const double gain = 9.81 * (0.5 - friction * std::sqrt(0.75));
-    EXPECT_NEAR(metrics.expected[i].expected, 2 * gain, 1e-12);
-    // A step h adds a h t/2.
-    EXPECT_NEAR(metrics.expected[i].measured, 2 * gain + gain / 60, 1e-3);
-    EXPECT_FALSE(metrics.expected[i].is_bad());
-  }
 }
 
 }  // namespace

@@ -20,6 +20,13 @@
 namespace substep {
 namespace {
 
+/// Returns the violations' texts, separated by semicolons.
+std::string joined(const std::vector<Violation>& violations) {
+  std::string text;
+  for (const Violation& violation : violations) text += (text.empty() ? "" : "; ") + violation.text;
+  return text;
+}
+
 using Severity = Violation::Severity;
 using test::all_axes;
 using test::locked;
@@ -34,11 +41,7 @@ constexpr double rounding = 1e-12;  // measured at most 2e-16
 /// Returns a body of 2 kg, with the largest moment 0.5 kg m², on a joint with the world.
 Scene jointed_body(const std::vector<JointLimit>& limits) {
   Scene scene = test::empty_scene();
-  Body& body = scene.bodies.emplace_back();
-  body.name = "body";
-  body.inverse_mass = 0.5;
-  body.inverse_inertia = {10, 4, 2};
-  body.pose = joint_in_world * Pose{-anchor, Quaternion::Identity()};
+  test::add_body(scene, 2, {0.1, 0.25, 0.5}, joint_in_world * Pose{-anchor, Quaternion::Identity()});
   scene.joints.push_back(test::ball_joint(world_body, 1, zero, anchor));
   scene.joints[0].frame_a = joint_in_world;
   scene.joints[0].limits = limits;
@@ -92,12 +95,7 @@ TEST(JointGap, CountsExcessOverLimit) {
 TEST(JointGap, TakesTheSmallerLeverOfTwoBodies) {
   Scene scene = jointed_body({locked(true, all_axes)});
   // The largest radius of gyration of the other body is 0.1 m, at the joint.
-  Body& small = scene.bodies.emplace_back();
-  small.name = "small";
-  small.inverse_mass = 1;
-  small.inverse_inertia = {200, 200, 100};
-  small.pose = joint_in_world;
-  scene.joints[0].body_a = 2;
+  scene.joints[0].body_a = test::add_body(scene, 1, {0.005, 0.005, 0.01}, joint_in_world);
   scene.joints[0].frame_a = Pose{};
   State state = initial_state(scene);
   state.q[2].angular = state.q[2].angular * rotation_quaternion({0.3, 0, 0});
@@ -133,8 +131,7 @@ TEST(Penetration, EqualsDepthOfOverlap) {
 
 /// Returns two boxes of 1 m and 2 kg, 4 m apart.
 Scene two_boxes() {
-  Scene scene = test::empty_scene();
-  scene.gravity.setZero();
+  Scene scene = test::weightless_scene();
   for (const double x : {0, 4}) test::add_box(scene, {1, 1, 1}, 2, {{x, 0, 0}, Quaternion::Identity()}, 0);
   return scene;
 }
@@ -200,8 +197,7 @@ Metrics measured(const Scene& scene, const Settings& settings) {
 }
 
 TEST(Violations, WarnsWhereSummedRotationTurnsMomentum) {
-  Scene scene = test::empty_scene();
-  scene.gravity.setZero();
+  Scene scene = test::weightless_scene();
   test::add_box(scene, {0.4, 0.9, 1.3}, 2, {zero, Quaternion::Identity()}, 0);
   const Vector3 inertia =
       2.0 / 12 * Vector3(0.9 * 0.9 + 1.3 * 1.3, 0.4 * 0.4 + 1.3 * 1.3, 0.4 * 0.4 + 0.9 * 0.9);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -15,7 +16,6 @@
 #include "sim/measure/measured_run.h"
 #include "sim/measure/stepper.h"
 #include "tests/scene_files.h"
-#include "tests/sim/squeezer_end.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -70,10 +70,19 @@ TEST(SmoothMotion, HeavyTopFollowsLagrange) {
   EXPECT_NEAR(std::abs(azimuth), 4.196191, 1e-3);
 }
 
+// The end at 0.03 s: Test Set for IVP Solvers, problem "Andrews' squeezing mechanism".
 TEST(SmoothMotion, SqueezerEndsAsPublished) {
   const Scene scene = scene_named("squeezer");
   const State state = run(scene, 12, 4, 3);
-  for (const auto& [body, angle] : test::squeezer_angles) {
+  constexpr std::array ends{15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
+                            0.5244099658805304, 0.5347301163226948, 1.048080741042263};
+  for (const auto& [body, angle] : {std::pair{"crank", ends[0]},
+                                    {"rod", ends[0] + ends[1]},
+                                    {"lever", ends[2]},
+                                    {"upper_link", ends[3] + ends[4]},
+                                    {"upper_arm", ends[4]},
+                                    {"lower_link", ends[5] + ends[6]},
+                                    {"lower_arm", ends[6]}}) {
     const Vector3 turn = rotation_vector(state.q[body_named(scene, body)].angular);
     EXPECT_NEAR(std::remainder(turn.z() - angle, 2 * pi), 0, 1e-7) << body;
   }
@@ -124,11 +133,7 @@ TEST(SmoothMotion, KeepsJointsClosed) {
 /// Returns a ball of 1 kg, 0.1 m from its centre held to the world's origin by `limit`, from (x, 0, 0) m.
 Scene held_ball(double x, const JointLimit& limit) {
   Scene scene = test::empty_scene();
-  Body& ball = scene.bodies.emplace_back();
-  ball.name = "ball";
-  ball.inverse_mass = 1;
-  ball.inverse_inertia = Vector3::Constant(1 / 0.004);
-  ball.pose.position = {x, 0, 0};
+  test::add_body(scene, 1, Vector3::Constant(0.004), test::at(x, 0, 0));
   scene.joints.push_back(test::ball_joint(1, world_body, {0, 0, 0}, {0, 0, 0}));
   scene.joints[0].limits = {limit};
   return scene;
@@ -183,28 +188,13 @@ TEST(SmoothMotion, RefusesScenesThatAreNotSmooth) {
     EXPECT_THROW(reference_stepper(scene_named(name), 0.01, 8), Error) << name;
 }
 
-TEST(Reference, TumblesWithThePeriodOfEulersEquations) {
+TEST(Reference, TumblingBodyIsUncertainInItsTurnAlone) {
   const Scene scene = scene_named("tumbling_body");
   const ReferenceMotion reference = reference_motion(scene, 4);
   EXPECT_DOUBLE_EQ(reference.horizon, 4);
   // A body that turns about its centre differs in its turn alone.
   EXPECT_GT(reference.uncertainty().turn, 0);
   EXPECT_LT(reference.uncertainty().turn, 1e-6);
-  // The spin about the intermediate axis changes its sign, for the first time at 2.097 s.
-  const Vector3 moments = scene.bodies[1].inverse_inertia.cwiseInverse();
-  int middle = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (moments[axis] > moments.minCoeff() && moments[axis] < moments.maxCoeff()) middle = axis;
-  }
-  const auto spin = [&](std::size_t k) {
-    const State& state = reference.motion.samples[k];
-    return Vector3(state.q[1].angular.conjugate() * state.v[1].angular)[middle];
-  };
-  std::size_t k = 1;
-  while ((spin(k) < 0) == (spin(1) < 0)) ++k;
-  // The spin is nearly linear about its zero.
-  const double steps = static_cast<double>(k) - spin(k) / (spin(k) - spin(k - 1));
-  EXPECT_NEAR(steps * reference.motion.interval, 2.097, 5e-4);  // as references.md gives it: three digits
 }
 
 TEST(Reference, EndsAtUnresolvedImpact) {
@@ -238,15 +228,6 @@ TEST(Reference, BallStaysWithinUncertaintyAtOnsetOfRolling) {
     EXPECT_LT(worst, 1) << speed << " m/s, friction " << friction;
     EXPECT_LT(reference.uncertainty().position, 1e-7);
   }
-}
-
-TEST(Reference, RepeatsExactly) {
-  const Scene scene = scene_named("powered_wheel");
-  const ReferenceMotion one = reference_motion(scene, 0.5);
-  const ReferenceMotion other = reference_motion(scene, 0.5);
-  ASSERT_EQ(one.motion.samples.size(), other.motion.samples.size());
-  EXPECT_EQ(hash(one.motion.samples.back()), hash(other.motion.samples.back()));
-  EXPECT_EQ(one.method, other.method);
 }
 
 TEST(Sampling, AcceptsWholePartsAndMultiples) {

@@ -8,7 +8,7 @@ the quick and deadly first, and runs them; where all pass without goldens, `subs
     tests/mutation/mutate.py --table                                            # of all that were judged
 
 Sources and build stay as they are, but for what a test reads of a measurement (MEASURED_FIRST), which the changed program makes and
-CTest makes anew. All runs at the lowest priority (--nice). What was judged stands in --results, so that a run that was stopped goes
+CTest makes anew. All runs at the lowest priority. What was judged stands in --results, so that a run that was stopped goes
 on. Prints a Markdown table by area and the survivors.
 `equivalent.txt` beside this file holds those that were judged to change nothing that can be seen, with the reason.
 """
@@ -323,21 +323,16 @@ def main() -> int:
     parser.add_argument("--change", action="append", help="FILE | PART OF ONE LINE | WHAT IT BECOMES; not kept")
     parser.add_argument("--again", action="store_true", help="judge survivors anew")
     parser.add_argument("--no-goldens", action="store_true", help="do not run substep check on survivors")
-    parser.add_argument("--nice", type=int, default=19)
-    parser.add_argument("--list", action="store_true", help="only say what would be changed")
     parser.add_argument("--table", action="store_true", help="only print the table of what was judged")
     arguments = parser.parse_args()
     chosen = [named(change) for change in arguments.change or []] or mutants(arguments.area, arguments.count,
                                                                              arguments.seed)
-    if arguments.list:
-        print("\n".join(str(mutant) for mutant in chosen))
-        return 0
     arguments.results.parent.mkdir(parents=True, exist_ok=True)
     workshop = Workshop(arguments.build.resolve(), arguments.results.resolve())
     if arguments.table:
         print(table(workshop.verdicts))
         return 0
-    os.nice(arguments.nice)
+    os.nice(19)
     workshop.open({mutant.file for mutant in chosen})
     verdicts = {}
     for mutant in chosen:

@@ -46,7 +46,7 @@ TEST_F(CommandLine, HelpHasExampleOfEachCommand) {
                                                       "diff", "check", "approve", "init", "measure", "sweep",
                                                       "mlcp", "report"));
   for (const std::string& command : commands) {
-    const Outcome one = run({command, "--help"});
+    const Outcome one = shell(command + " --help");
     EXPECT_EQ(one.exit_code, 0);
     EXPECT_THAT(one.out, HasSubstr("Example:\n  substep " + command + " "));
     EXPECT_EQ(one.err, "");
@@ -63,6 +63,8 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"run c.gltf --setp 1/60", "--setp: did you mean --step?"},
     {"run", "scene"},
     {"run c.gltf --speed 3", "--speed"},
+    {"run c.gltf --copies 3", "c.gltf: is a scene"},
+    {"run c.gltf --rotate 1,2", "--rotate"},
     {"run c.gltf --algorithm a6", "--algorithm 'a6': give a1, a2, a3, a4, a5, soft or avbd"},
     {"run c.gltf --set joints=loose", "--set 'joints=loose': give rows, plain or stable"},
     {"run c.gltf --step 1/0", "--step '1/0'"},
@@ -111,6 +113,11 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"render c.gltf --panel a5", "--panel: only with --layout stills"},
     {"render c.gltf --layout stills --columns 2", "--columns: only with --layout sheet"},
     {"render c.gltf --layout stills", "--layout stills: give the columns' times"},
+    {"render c.gltf --layout stills --time 9", "--time '9': must be from 0 to the end of the run, 5 s"},
+    {"render c.gltf --layout stills --time now", "--time 'now'"},
+    {"render c.gltf --layout stills --time 0 --output stills.svg", "give a name that ends in .png"},
+    {"render c.gltf --layout stills --time 0 --size 32768x32768", "is too large"},
+    {"render c.gltf --layout strobe --time 0.5", "--layout strobe: needs at least two moments"},
     {"render c.gltf --camera orbit:10", "a picture has no time to move in"},
     {"render c.gltf --time 100", "--time 100: the run ends at"},
     {"video c.gltf --overlay ghost --no-reference", "there is none"},
@@ -118,20 +125,17 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"video c.gltf --start 9", "start 9 s"},
     {"player c.gltf --output chain.htm", "chain.htm: give a name that ends in .html"},
     {"player c.gltf --output missing/a.html", "there is no folder missing"},
-    {"player c.gltf --panel a6", "panel a6: 'a6': give a1 to a5, reference, log:FILE"},
     {"video c.gltf --loop loop.webp", "must be a .gif"},
+    {"video c.gltf --hold nan", "--hold nan"},
+    {"video c.gltf --poster p.png --poster-time nan", "--poster-time nan"},
     {"video c.gltf --poster missing/a.png", "there is no folder missing"}};
 
 TEST_F(CommandLine, RefusesBadOptions) {
-  std::filesystem::copy_file(scene("rod_chain.gltf"), folder() / "c.gltf");
+  copy_scene("rod_chain.gltf", "c.gltf");
   for (const auto& [words, part] : refusals) refuses(words, part);
 }
 
-TEST_F(CommandLine, HelpExplainsSettingsAndCommands) {
-  const std::string settings = printed("help settings");
-  for (const char* const key : {"substeps", "kappa", "contact_tau", "relaxation"}) {
-    EXPECT_THAT(settings, HasSubstr(std::string("\n  ") + key + " "));
-  }
+TEST_F(CommandLine, HelpTakesCommands) {
   EXPECT_EQ(shell("help video").out, shell("video --help").out);
   EXPECT_EQ(shell("help").out, shell("--help").out);
 }
@@ -154,12 +158,10 @@ TEST_F(CommandLine, RefusesBadPoseLogs) {
   printed("run $S/rod_chain.gltf --duration 0.1 --output a.poses.txt");
   const std::string log = content("a.poses.txt");
   write("cut.poses.txt", log.substr(0, log.size() - 5));
-  write("nan.poses.txt", changed(log, "\npose 1 ", " 0", " nan"));
   write("other.poses.txt", changed(log, "scene-hash ", "scene-hash ", "scene-hash 0000"));
   for (const auto& [words, part] :
        {std::pair("diff a.poses.txt not_there.poses.txt", "not_there.poses.txt: there is no such file"),
         {"diff a.poses.txt cut.poses.txt", "cut.poses.txt:"},
-        {"diff a.poses.txt nan.poses.txt", "nan.poses.txt:"},
         {"diff a.poses.txt $S/rod_chain.gltf", "no pose log"},
         {"render a.poses.txt", "--scene FILE"},
         {"render cut.poses.txt --scene $S/rod_chain.gltf", "truncated"},

@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "program.h"
-#include "sim/loading/json_value.h"
 #include "sim/log/pose_log.h"
-#include "sim/math/base64.h"
+#include "tests/scene/example_scene.h"
 
 namespace substep {
 namespace {
@@ -48,41 +47,20 @@ class Export : public Program {
   }
 };
 
-/// Returns a square with all properties of a material, under a spot light.
-std::string textured_square() {
-  Json root = Json::parse(R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
-    "extensionsUsed": ["KHR_implicit_shapes", "KHR_physics_rigid_bodies", "KHR_lights_punctual", "KHR_texture_transform", "KHR_materials_emissive_strength"],
-    "nodes": [{"mesh": 0, "name": "tile"},
-      {"name": "lamp", "translation": [0, 0, 4], "extensions": {"KHR_lights_punctual": {"light": 0}}},
-      {"name": "ball", "extensions":
-        {"KHR_physics_rigid_bodies": {"motion": {"mass": 1}, "collider": {"geometry": {"shape": 0}}}}}],
-    "extensions": {"KHR_implicit_shapes": {"shapes": [{"type": "sphere", "sphere": {"radius": 0.5}}]},
-      "KHR_lights_punctual": {"lights":
-      [{"type": "spot", "intensity": 20, "range": 9, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}}]}},
-    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 3,
-      "material": 0}]}],
-    "materials": [{"alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [0.5, 1, 0.25],
+/// Returns the example with all properties of a material, under a spot light.
+Json textured_example() {
+  return test::edited(R"(
+    /images = [{"uri": "data:image/png;base64,iVBORw0KGgo="}];
+    /samplers = [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9986}];
+    /textures = [{"source": 0, "sampler": 0}];
+    /materials/0 = {"alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [0.5, 1, 0.25],
       "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}},
       "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform":
-        {"offset": [0.1, 0.7], "rotation": 0.3, "scale": [2, -0.5]}}}}}],
-    "textures": [{"source": 0, "sampler": 0}],
-    "samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9986}],
-    "images": [{"uri": "data:image/png;base64,iVBORw0KGgo="}],
-    "buffers": [{"byteLength": 140}],
-    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 48},
-      {"buffer": 0, "byteOffset": 96, "byteLength": 32}, {"buffer": 0, "byteOffset": 128, "byteLength": 12}],
-    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
-        "min": [-1, -1, 0], "max": [1, 1, 0]},
-      {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
-      {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"},
-      {"bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR"}]})");
-  const std::vector<float> numbers{-1, 1, 0, -1, -1, 0, 1, -1, 0, 1, 1, 0,  // positions, normals, coordinates
-                                   0,  0, 1, 0,  0,  1, 0, 0,  1, 0, 0, 1,  //
-                                   0,  0, 0, 1,  1,  1, 1, 0};
-  std::string bytes(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
-  bytes += std::string("\0\0\1\0\2\0\0\0\2\0\3\0", 12);
-  root["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(bytes);
-  return root.dump();
+        {"offset": [0.1, 0.7], "rotation": 0.3, "scale": [2, -0.5]}}}}};
+    /accessors/- = {"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC2"};
+    /meshes/0/primitives/0/attributes/TEXCOORD_0 = 2;
+    /extensions/KHR_lights_punctual/lights/0 = {"type": "spot", "intensity": 20, "range": 9,
+      "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}})");
 }
 
 TEST_F(Export, GlbHasPosesAsKeys) {
@@ -133,8 +111,8 @@ TEST_F(Export, SharesMeshesOfEqualBodies) {
 }
 
 TEST_F(Export, KeepsMaterialsAndLights) {
-  write("tile.gltf", textured_square());
-  printed("export tile.gltf --duration 0 --output again.glb");
+  write("crate.gltf", textured_example().dump());
+  printed("export crate.gltf --duration 0 --output again.glb");
   const Glb glb = read("again.glb");
   // Returns true where a value has all that the other has.
   const auto has = [](const Json& json, const char* part) {
@@ -190,11 +168,6 @@ TEST_F(Player, KeepsSixPanelsOfFiveSecondsSmall) {
 
 class Site : public Program {
  protected:
-  /// Copies a scene of the repository under another name.
-  void copy(const std::string& from, const std::string& to) const {
-    std::filesystem::copy_file(scene(from), folder() / to);
-  }
-
   Outcome make(const std::string& scenes) const {
     return shell("player " + scenes +
                  " --panel a5 --duration 0.1 --reference-substeps 2 --title 'a <site>' --output site");
@@ -202,8 +175,8 @@ class Site : public Program {
 };
 
 TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
-  copy("pendulum.gltf", "a b&c.gltf");
-  copy("rod_chain.gltf", "chain.gltf");
+  copy_scene("pendulum.gltf", "a b&c.gltf");
+  copy_scene("rod_chain.gltf", "chain.gltf");
   write("a b&c.md",
         "# A <b>pendulum</b>\n\nSee [the chain](chain.md), [its code](../sim/a5_havok.cpp), "
         "[bad](javascript:alert(1)).\n\n<!-- a note -->\n| a | b |\n|---|---|\n| <script>x</script> | 2 |\n");
@@ -225,7 +198,7 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
 }
 
 TEST_F(Site, OverwritesOnlyItself) {
-  copy("pendulum.gltf", "a.gltf");
+  copy_scene("pendulum.gltf", "a.gltf");
   std::filesystem::create_directory(folder() / "site");
   write("site/mine.txt", "mine");
   EXPECT_THAT(make("a.gltf").err, HasSubstr("site: holds what is no site of 'substep player'"));
@@ -233,7 +206,7 @@ TEST_F(Site, OverwritesOnlyItself) {
   EXPECT_EQ(make("a.gltf").exit_code, 0);
   write("site/a/old.txt", "of an earlier version");
   EXPECT_EQ(make("a.gltf").exit_code, 0);
-  EXPECT_FALSE(std::filesystem::exists(folder() / "site/a/old.txt"));
+  EXPECT_FALSE(has("site/a/old.txt"));
   EXPECT_THAT(make("a.gltf $S/pendulum.gltf a.gltf").err, HasSubstr("another scene has the name a"));
 }
 

@@ -13,7 +13,7 @@ class GoldenCommands : public Program {
  protected:
   /// Writes a suite of one short case.
   void SetUp() override {
-    std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
+    copy_scene("pendulum.gltf");
     write("suite.toml",
           "[defaults]\nframes = 10\nimages = [10]\nsize = [64, 36]\n"
           "[[case]]\nscene = \"pendulum.gltf\"\nalgorithms = [\"a3\"]\n");
@@ -27,25 +27,16 @@ class GoldenCommands : public Program {
 TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
   check(1, {"pendulum.a3"});
   printed("approve pendulum.a3 --reason 'the first goldens' --suite suite.toml --output checked");
-  EXPECT_TRUE(std::filesystem::exists(folder() / "poses/pendulum/a3.poses"));
-  EXPECT_TRUE(std::filesystem::exists(folder() / "images/pendulum/a3.f0010.png"));
+  EXPECT_TRUE(has("poses/pendulum/a3.poses"));
+  EXPECT_TRUE(has("images/pendulum/a3.f0010.png"));
   EXPECT_THAT(check(0, {}).out, testing::Not(HasSubstr("note")));
   printed("diff poses/pendulum/a3.poses poses/pendulum/a3.poses");
 
   // A heavier step changes the poses: the check says which case and what.
-  const std::string suite = content("suite.toml");
-  write("suite.toml", suite + "settings = { substeps = 3 }\n");
+  write("suite.toml", content("suite.toml") + "settings = { substeps = 3 }\n");
   check(1, {"pendulum.a3", "changed"});
   expect_content("checked/pendulum.a3/player.html",
                  {"\"method\":\"the golden run\"", "\"as it runs now\"", "3 sub-steps"});
-
-  // An unapproved golden fails.
-  write("suite.toml", suite);
-  std::string log = content("poses/pendulum/a3.poses");
-  const std::size_t header = log.find("substeps 10\n");
-  ASSERT_NE(header, std::string::npos);
-  write("poses/pendulum/a3.poses", log.replace(header, 12, "substeps 11\n"));
-  check(1, {"failed pendulum.a3: golden edited: a3.poses is not what was approved\n"});
 }
 
 TEST_F(GoldenCommands, RefuseMissingSuiteOrCase) {

@@ -6,21 +6,18 @@
 #include <string>
 
 #include "program.h"
-#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
-#include "tests/folders.h"
+#include "tests/scene/example_scene.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
 
 using testing::HasSubstr;
 
-class InfoCommand : public Program {
- protected:
-  static std::string mesh(const char* name) {
-    return std::string(test::source_folder) + "/tests/scene/meshes/" + name;
-  }
-};
+using InfoCommand = Program;
+
+const std::string meshes = "$S/../tests/scene/meshes/";
 
 TEST_F(InfoCommand, PrintsSceneAndModel) {
   const Outcome outcome = expect("info $S/rod_chain.gltf", 0, {"rod_chain: ", "modelled: ", "\njoints:\n"});
@@ -45,9 +42,7 @@ TEST_F(InfoCommand, ExplainsSubsteps) {
 }
 
 TEST_F(InfoCommand, GivesTheSameAsJson) {
-  const Outcome outcome = run({"info", "--json", mesh("gear.stl"), "--scale", "0.001", "--mass", "0.25"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  const Json scene = Json::parse(outcome.out);
+  const Json scene = Json::parse(printed("info --json --scale 0.001 --mass 0.25 " + meshes + "gear.stl"));
   ASSERT_EQ(scene.at("bodies").size(), 2u);
   EXPECT_EQ(scene.at("bodies")[0].at("colliders")[0].at("shape"), "plane");
   const Json& gear = scene.at("bodies")[1];
@@ -60,7 +55,7 @@ TEST_F(InfoCommand, GivesTheSameAsJson) {
 
 /// Returns the complete scene of the page on the format.
 std::string scene_of_page() {
-  const std::string page = content_of(std::string(test::source_folder) + "/scenes/format.md").value();
+  const std::string page = content_of(scenes_folder() / "format.md").value();
   const std::size_t begin = page.find("```json\n", page.find("<!-- scene -->")) + 8;
   return page.substr(begin, page.find("```", begin) - begin);
 }
@@ -80,40 +75,23 @@ TEST_F(InfoCommand, ScenesFormatPageBeginsWithASceneThatRuns) {
 }
 
 TEST_F(InfoCommand, WarnsOfLikelyMistakes) {
-  const auto note_on = [&](const std::string& from, const std::string& to) {
-    std::string text = scene_of_page();
-    text.replace(text.find(from), from.size(), to);
-    write("changed.gltf", text);
+  const auto note_on = [&](const std::string& edits) {
+    write("changed.gltf", test::edited(Json::parse(scene_of_page()), edits).dump());
     return shell("run changed.gltf --duration 0").err;
   };
-  EXPECT_THAT(note_on("\"duration\": 3", "\"gravity\": [0, 0, -9.81]"), HasSubstr("/gravity: is along z"));
-  EXPECT_EQ(note_on("\"duration\": 3", "\"gravity\": [0, 0, 0]"), "");
-  // The arm's joint holds it; as a body of its own it floats.
-  EXPECT_EQ(note_on("\"mass\": 2", "\"mass\": 0"), "");
-  EXPECT_THAT(
-      note_on("\"motion\": {}, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
-              "\"name\": \"elbow on the arm\", \"translation\": [0.5, 0, 0],\n      \"extensions\": { "
-              "\"KHR_physics_rigid_bodies\": { \"joint\": { \"connectedNode\": 4, \"joint\": 0 } } } },",
-              "\"motion\": { \"mass\": 0 }, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
-              "\"name\": \"elbow on the arm\" },"),
-      HasSubstr("/mass: 0 is infinite, so the body floats"));
+  EXPECT_EQ(note_on("/scenes/0/extras/substep/gravity = [0, 0, 0]"), "");
+  // The arm's joint holds it; as a body of its own the forearm floats.
+  EXPECT_EQ(note_on("/nodes/1/$/motion/mass = 0"), "");
+  EXPECT_THAT(note_on("/nodes/2/$/motion/mass = 0; /nodes/3/extensions ="),
+              HasSubstr("/mass: 0 is infinite, so the body floats"));
   EXPECT_THAT(shell("run $S/pendulum.gltf --step 1 --duration 1").err,
               HasSubstr("--step 1 is a step of 1 s"));
   refuses("run $S/pendulum.gltf --step 60", "--step 60: is a step of 60 s");
 }
 
-TEST_F(InfoCommand, RefusesUnusableFiles) {
-  refuses("info", "scene");
-  refuses("info missing.gltf", "missing.gltf: there is no such file");
-  refuses("info $S/rod_chain.gltf --copies 3", "rod_chain.gltf: is a scene");
-  expect_refused({"info", mesh("gear.stl"), "--copies", "0"}, "the copies must be from 1");
-  expect_refused({"info", mesh("gear.stl"), "--rotate", "1,2"}, "--rotate");
-}
-
 TEST_F(InfoCommand, RunsAndDrawsMeshWithSameOptions) {
-  const std::string ball = quoted(mesh("dodecahedron.ply"));
-  printed("run " + ball + " --duration 0.1 --copies 2 --output two.poses");
-  const std::string draw = "render two.poses --size 64x36 --scene " + ball;
+  printed("run " + meshes + "dodecahedron.ply --duration 0.1 --copies 2 --output two.poses");
+  const std::string draw = "render two.poses --size 64x36 --scene " + meshes + "dodecahedron.ply";
   EXPECT_THAT(shell(draw).err, HasSubstr("another version"));
   printed(draw + " --copies 2 --output two.png");
 }

@@ -61,7 +61,7 @@ std::vector<PageTable> tables_of(const std::string& page) {
     const std::size_t begin = at + mark.size();
     const std::size_t end = page.find("<!-- end -->", begin);
     if (quote >= at || end == std::string::npos)
-      throw Error(fmt::format("'{}' has no end, or no command {}…` before it", page.substr(at, 80), program));
+      throw Error("'{}' has no end, or no command {}…` before it", page.substr(at, 80), program);
     tables.push_back({page.substr(command + program.size(), quote - command - program.size()), begin, end});
     at = end;
   }
@@ -78,12 +78,12 @@ std::string printed(const PageTable& table) {
   const std::string command = fmt::format("cd {} && {} {} </dev/null", quoted(test::source_folder),
                                           quoted(SUBSTEP_PROGRAM), table.command);
   std::FILE* const pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) throw Error(fmt::format("'substep {}': cannot be run", table.command));
+  if (pipe == nullptr) throw Error("'substep {}': cannot be run", table.command);
   std::string text;
   std::array<char, 4096> part{};
   while (const std::size_t count = std::fread(part.data(), 1, part.size(), pipe))
     text.append(part.data(), count);
-  if (pclose(pipe) != 0) throw Error(fmt::format("'substep {}': failed", table.command));
+  if (pclose(pipe) != 0) throw Error("'substep {}': failed", table.command);
   return text;
 }
 
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Pages, EachPage, testing::ValuesIn(page_names()),
 void rewrite(const std::string& name) {
   const fs::path file = page_file(name);
   const std::optional<std::string> page = content_of(file);
-  if (!page) throw Error(fmt::format("{}: cannot be read", file.string()));
+  if (!page) throw Error("{}: cannot be read", file.string());
   std::string rewritten;
   std::size_t position = 0;
   for (const PageTable& table : tables_of(*page)) {

@@ -1,6 +1,6 @@
 """Tests the player in a headless browser: pictures, poses of the runs, and every control.
 
-player_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
+player_browser_test.py SUBSTEP SOURCE_FOLDER
 """
 
 import base64
@@ -44,9 +44,8 @@ window.apart = (a, b) => {
 
 
 class Page:
-    def __init__(self, chrome, file, screenshots):
+    def __init__(self, chrome, file):
         self.chrome = chrome
-        self.screenshots = screenshots
         chrome.get(file.as_uri() + "#t=0")
         end = time.time() + 60
         while not chrome.execute_script("return !!(window.player || document.getElementById('message'))"):
@@ -78,11 +77,6 @@ class Page:
     def apart(self, a, b):
         return self.script("return apart(kept[arguments[0]], kept[arguments[1]])", a, b)
 
-    def shot(self, name):
-        if self.screenshots:
-            self.script("player.draw()")
-            self.chrome.save_screenshot(str(self.screenshots / f"{name}.png"))
-
 
 def poses_of(file):
     """Returns the bodies of each frame from the run's log: x, y, z and the quaternion's w, x, y, z."""
@@ -109,7 +103,6 @@ def draws(page):
     page.keep("reference", 2)
     expect(page.apart("start", "later") > 0.002, f"scrubbing changes {page.apart('start', 'later')} of the picture")
     expect(page.apart("later", "other") > 0.001, "two runs are drawn alike")
-    page.shot("player")
 
 
 def scrubs(page):
@@ -143,7 +136,6 @@ def shows_other_strips(page):
         expect(words in legend, f"the legend of {name} is '{legend}'")
         values = page.script("return player.panels[0].strip.values(player.data.panels[0])")
         expect(len(values) == 61, f"{name} of {len(values)} frames")
-        page.shot(f"strip_{name}")
     expect(len(set(seen)) == 3, "the strips look alike")
     energies = page.script("return player.data.panels[0].energies")
     expect(energies[0] == 0 and any(value < 0 for value in energies), f"energies since the start: {energies[:3]} …")
@@ -189,7 +181,6 @@ def overlays(page):
         page.key(key)
         page.keep(key)
         expect(page.apart("plain", key) > 2e-4, f"overlay {key} changes {page.apart('plain', key)} of the picture")
-        page.shot(f"overlay_{key}")
         page.key(key)
     page.keep("without")
     expect(page.apart("plain", "without") == 0, "overlays go again")
@@ -213,7 +204,6 @@ def camera(page):
     page.key("2")
     shown = [p for p in page.chrome.find_elements(By.CSS_SELECTOR, ".panel") if p.is_displayed()]
     expect(len(shown) == 1 and shown[0].rect["width"] > 1.5 * width, "2 shows the second panel alone")
-    page.shot("alone")
     page.key("0")
 
 
@@ -230,8 +220,6 @@ def saves(page, folder):
     width, height = struct.unpack(">II", content[16:24])
     expect(width == page.script("return innerWidth") and height > 200, f"the picture has {width}×{height} pixels")
     expect(len(content) > 20000, f"the picture has {len(content)} bytes")
-    if page.screenshots:
-        (page.screenshots / "saved.png").write_bytes(content)
 
 
 def escapes(page):
@@ -256,14 +244,14 @@ def pixels_of_png(page, content, places):
         image.src = 'data:image/png;base64,' + file;""", base64.b64encode(content).decode(), places)
 
 
-def shows_materials(chrome, folder, substep, screenshots):
+def shows_materials(chrome, folder, substep):
     """Squares with all properties of materials have the renderer's colours."""
     textured_scene.write(folder / "squares.gltf")
     width, height = 640, 360
     for arguments in [["player", "squares.gltf", "--duration", "0.1", "--panel", "a5,n=2", "--output", "squares.html"],
                       ["render", "squares.gltf", "--time", "0", "--size", f"{width}x{height}", "--output", "squares.png"]]:
         subprocess.run([substep, *arguments], cwd=folder, check=True, capture_output=True)
-    page = Page(chrome, folder / "squares.html", screenshots)
+    page = Page(chrome, folder / "squares.html")
     expect(page.message() == "", f"the page says {page.message()}")
     sides = page.script("return player.data.images.map(image => Math.max(image.width, image.height))")
     expect(sorted(sides)[-1] == 512, f"images have sides of {sides} pixels: the large one is halved to 512")
@@ -287,7 +275,6 @@ def shows_materials(chrome, folder, substep, screenshots):
     for name, place, is_shown, should in zip(names, points, shown, drawn):
         off = max(abs(a - b) for a, b in zip(is_shown, should))
         expect(off <= 4, f"{name} at {place} is {is_shown}, in the renderer's picture {should}")
-    page.shot("materials")
 
 
 def without_webgl(chrome, file):
@@ -296,7 +283,7 @@ def without_webgl(chrome, file):
         const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function(kind, ...rest) { return kind === 'webgl2' ? null : get.call(this, kind, ...rest); };"""})
     chrome.get("about:blank")
-    page = Page(chrome, file, None)
+    page = Page(chrome, file)
     chrome.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
     expect("WebGL 2" in page.message(), f"without WebGL the page says '{page.message()}'")
     page.key(Keys.ARROW_RIGHT)
@@ -305,7 +292,6 @@ def without_webgl(chrome, file):
 
 def main():
     substep, source = sys.argv[1:3]
-    screenshots = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         scene = str(pathlib.Path(source) / "scenes/rod_chain.gltf")
@@ -316,7 +302,7 @@ def main():
         # Software WebGL: slow, so the window is small.
         chrome = browser("760,420", ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
         try:
-            page = Page(chrome, folder / "chain.html", screenshots)
+            page = Page(chrome, folder / "chain.html")
             escapes(page)
             draws(page)
             scrubs(page)
@@ -326,7 +312,7 @@ def main():
             overlays(page)
             camera(page)
             saves(page, folder)
-            shows_materials(chrome, folder, substep, screenshots)
+            shows_materials(chrome, folder, substep)
             expect_no_network(chrome)
             without_webgl(chrome, folder / "chain.html")
         finally:

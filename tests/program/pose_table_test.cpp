@@ -67,7 +67,7 @@ TEST_F(PoseTableCommands, PythonOfPageWritesTable) {
   const std::string page = content_of(scene("format.md")).value();
   const std::size_t begin = page.find("```python\n", page.find("<!-- writer -->")) + 10;
   write("writer.py", page.substr(begin, page.find("```", begin) - begin));
-  ASSERT_EQ(run_command("cd " + quoted(folder().string()) + " && python3 writer.py").exit_code, 0);
+  ASSERT_EQ(command("python3 writer.py").exit_code, 0);
   write("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no ball\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   expect("export fall.csv --scene ball.obj", 0, {"wrote fall.glb: 61 frames"});
 }

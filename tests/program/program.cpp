@@ -17,12 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string line_of(const std::vector<std::string>& arguments) {
-  std::string line;
-  for (const std::string& argument : arguments) line.append(" ").append(quoted(argument));
-  return line;
-}
-
 std::string test_name() {
   const testing::TestInfo* const info = testing::UnitTest::GetInstance()->current_test_info();
   std::string name = std::string(info->test_suite_name()) + "." + info->name();
@@ -38,22 +32,6 @@ std::string quoted(const std::string& word) {
   return result + "'";
 }
 
-Outcome run_command(const std::string& command) {
-  const fs::path out = fs::path(testing::TempDir()) / ("substep_out_" + test_name());
-  const fs::path err = fs::path(testing::TempDir()) / ("substep_err_" + test_name());
-  const int status = std::system(fmt::format("( export XDG_CACHE_HOME=/dev/null; {} ) >{} 2>{} </dev/null",
-                                             command, quoted(out.string()), quoted(err.string()))
-                                     .c_str());
-  Outcome outcome;
-  // A signal shows as the shell shows it, 128 and its number.
-  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  outcome.out = content_of(out).value_or("");
-  outcome.err = content_of(err).value_or("");
-  fs::remove(out);
-  fs::remove(err);
-  return outcome;
-}
-
 Program::Program() : folder_(fs::path(testing::TempDir()) / ("substep_" + test_name())) {
   fs::remove_all(folder_);
   fs::create_directories(folder_);
@@ -67,18 +45,23 @@ std::string Program::scene(const std::string& name) {
   return (fs::path(test::source_folder) / "scenes" / name).string();
 }
 
-std::string Program::system_path() {
-  const char* const path = std::getenv("PATH");
-  return path != nullptr ? path : "";
-}
-
-Outcome Program::run(const std::vector<std::string>& arguments, const std::string& path) const {
-  return shell(line_of(arguments), path);
-}
-
-Outcome Program::shell(const std::string& words, const std::string& path) const {
-  return run_command(fmt::format("cd {} && S={} && PATH={} {} {}", quoted(folder_.string()),
-                                 quoted(scene("")), quoted(path), quoted(SUBSTEP_PROGRAM), words));
+Outcome Program::command(const std::string& line) const {
+  const fs::path out = folder_.string() + "_out";
+  const fs::path err = folder_.string() + "_err";
+  const std::string setting =
+      fmt::format("export XDG_CACHE_HOME=/dev/null S={} P={}", quoted(scene("")), quoted(SUBSTEP_PROGRAM));
+  const int status =
+      std::system(fmt::format("( cd {} && {} && {} ) >{} 2>{} </dev/null", quoted(folder_.string()), setting,
+                              line, quoted(out.string()), quoted(err.string()))
+                      .c_str());
+  Outcome outcome;
+  // A signal shows as the shell shows it, 128 and its number.
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = content_of(out).value_or("");
+  outcome.err = content_of(err).value_or("");
+  fs::remove(out);
+  fs::remove(err);
+  return outcome;
 }
 
 Outcome Program::expect(const std::string& words, int exit_code, const std::vector<std::string>& out,
@@ -89,16 +72,6 @@ Outcome Program::expect(const std::string& words, int exit_code, const std::vect
   for (const std::string& part : out) EXPECT_THAT(outcome.out, testing::HasSubstr(part));
   for (const std::string& part : err) EXPECT_THAT(outcome.err, testing::HasSubstr(part));
   return outcome;
-}
-
-std::string Program::printed(const std::string& words) const {
-  const Outcome outcome = shell(words);
-  EXPECT_EQ(outcome.exit_code, 0) << words << "\n" << outcome.err;
-  return outcome.out;
-}
-
-void Program::expect_refused(const std::vector<std::string>& arguments, const std::string& part) const {
-  refuses(line_of(arguments), part);
 }
 
 void Program::refuses(const std::string& words, const std::string& part) const {
@@ -115,6 +88,10 @@ void Program::refuses(const std::string& words, const std::string& part) const {
 
 void Program::write(const std::string& name, const std::string& content) const {
   std::ofstream(folder_ / name, std::ios::binary) << content;
+}
+
+void Program::copy_scene(const std::string& name, const std::string& to) const {
+  fs::copy(scene(name), folder_ / to);
 }
 
 std::string Program::content(const std::string& name) const {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <tuple>
+#include <utility>
 
 #include "program.h"
 
@@ -14,8 +14,7 @@ using testing::HasSubstr;
 class FigureCommand : public Program {};
 
 TEST_F(FigureCommand, DrawsStabilityMapWithoutASweep) {
-  const Outcome outcome = run({"report", "figure", "stability", "--output", "map.svg"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  printed("report figure stability --output map.svg");
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));
   // Each algorithm is a panel of stable and unstable points, and of the closed form.
   EXPECT_THAT(content("map.csv"),
@@ -24,43 +23,36 @@ TEST_F(FigureCommand, DrawsStabilityMapWithoutASweep) {
 }
 
 TEST_F(FigureCommand, RefusesBadOptions) {
-  expect_refused({"report", "figure", "portrait"}, "there is no figure 'portrait'; there are work-rows");
-  expect_refused({"report", "figure", "work-rows"}, "'substep sweep' writes it");
-  for (const auto& [option, value, message] :
-       {std::tuple("--output", "map.eps", "ends in .svg, .pdf or .png"),
-        std::tuple("--width", "wide", "give one-column (85 mm), two-columns"),
-        std::tuple("--width", "5", "--width '5'"),
-        std::tuple("--x-range", "2:1", "--x-range '2:1': give FROM:TO"),
-        std::tuple("--series", "A9", "no series 'A9': it has stable; unstable; closed form"),
-        std::tuple("--font", "a'b", "--font 'a'b': give a font's name")}) {
-    expect_refused({"report", "figure", "stability", option, value}, message);
-  }
+  for (const auto& [words, message] :
+       {std::pair("portrait", "there is no figure 'portrait'; there are work-rows"),
+        {"work-rows", "'substep sweep' writes it"},
+        {"stability --output map.eps", "ends in .svg, .pdf or .png"},
+        {"stability --width wide", "give one-column (85 mm), two-columns"},
+        {"stability --width 5", "--width '5'"},
+        {"stability --x-range 2:1", "--x-range '2:1': give FROM:TO"},
+        {"stability --series A9", "no series 'A9': it has stable; unstable; closed form"},
+        {"stability --font \"a'b\"", "--font 'a'b': give a font's name"}})
+    refuses(std::string("report figure ") + words, message);
 }
 
 class ReportCommand : public Program {};
 
 TEST_F(ReportCommand, MakesAPageOfASweepFile) {
   std::filesystem::create_directory(folder() / "mine");
-  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "mine/swing.gltf");
-  std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "mine/ball.gltf");
+  copy_scene("pendulum.gltf", "mine/swing.gltf");
+  copy_scene("sliding_ball.gltf", "mine/ball.gltf");
   write("mine/my.toml",
         "horizon = 0.1\n[[grid]]\nscenes = [\"swing.gltf\", \"ball.gltf\"]\n"
         "algorithms = [\"a1\", \"a5\"]\nsubsteps = [1, 4]\n");
-  const Outcome outcome = run({"report", "mine/my.toml", "--output", "page"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::string page = content("page/report.md");
-  EXPECT_THAT(page, HasSubstr("6 runs of 2 scenes"));
-  EXPECT_THAT(page, HasSubstr("### swing"));
-  for (const char* const other :
-       {"heavy_chain", "box_stack", "figures/stability.svg", "figures/drift.svg", "engines"})
-    EXPECT_THAT(page, testing::Not(HasSubstr(other)));
+  printed("report mine/my.toml --output page");
+  expect_content("page/report.md", {"6 runs of 2 scenes", "### swing"},
+                 {"heavy_chain", "box_stack", "figures/stability.svg", "figures/drift.svg", "engines"});
 }
 
 TEST_F(ReportCommand, MakesAPageOfScenes) {
-  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
-  std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "ball.gltf");
-  const Outcome outcome = run({"report", "swing.gltf", "ball.gltf", "--output", "page"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  copy_scene("pendulum.gltf", "swing.gltf");
+  copy_scene("sliding_ball.gltf", "ball.gltf");
+  printed("report swing.gltf ball.gltf --output page");
   const std::string page = content("page/report.md");
   // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
   EXPECT_THAT(page, HasSubstr("56 runs of 2 scenes"));
@@ -68,17 +60,16 @@ TEST_F(ReportCommand, MakesAPageOfScenes) {
   EXPECT_THAT(page.substr(0, 600), HasSubstr("### swing\n\n| for | take | CPU, ms | RMS error / size |"));
   EXPECT_LT(page.find("### ball"), page.find("## At equal cost"));
   for (const char* const file : {"choice-swing.svg", "choice-swing.csv", "end-swing.png", "end-ball.png"})
-    EXPECT_TRUE(std::filesystem::exists(folder() / "page/figures" / file)) << file;
+    EXPECT_TRUE(has(std::string("page/figures/") + file)) << file;
   EXPECT_THAT(content("page/figures/choice-swing.csv"), HasSubstr("\"chosen\""));
   EXPECT_THAT(content("page/report.html"), HasSubstr("<section class=\"card\">\n<h3>swing</h3>"));
   // A figure is drawn from the same folder.
-  EXPECT_EQ(run({"report", "figure", "work-rows", "--results", "page"}).exit_code, 0);
+  printed("report figure work-rows --results page");
 }
 
 TEST_F(ReportCommand, MapsAScene) {
-  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
-  const Outcome outcome = run({"report", "swing.gltf", "--maps", "--output", "page"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  copy_scene("pendulum.gltf", "swing.gltf");
+  printed("report swing.gltf --maps --output page");
   // The first map has A3 and A5 at four steps with four n, the second at five τ with five κ.
   const std::string steps = content("page/figures/map-steps.csv");
   EXPECT_EQ(std::ranges::count(steps, '\n'), 1 + 2 * 4 * 4 + 2 * 2);  // and two n more at h
@@ -91,28 +82,25 @@ TEST_F(ReportCommand, MapsAScene) {
 }
 
 TEST_F(ReportCommand, PrintsOneTable) {
-  std::filesystem::copy_file(scene("box_stack.gltf"), folder() / "pile.gltf");
+  copy_scene("box_stack.gltf", "pile.gltf");
   write(
       "my.toml",
       "horizon = 0.1\nparts = false\n[[grid]]\nscenes = [\"pile.gltf\"]\nalgorithms = [\"a5\", \"soft\"]\n"
       "substeps = [6, 16]\ntau = [0.6]\ncontact_tau = [0.9]\ncontact_kappa = [0.7]\njoints = [\"stable\"]\n");
-  const Outcome outcome = run({"report", "my.toml", "--output", "page", "--table", "descendants-rows"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("| displacement, m | pile |"));
-  EXPECT_THAT(outcome.out, HasSubstr("\n| Soft Step | 0.028"));
-  EXPECT_FALSE(std::filesystem::exists(folder() / "page/report.md"));
+  expect("report my.toml --output page --table descendants-rows", 0,
+         {"| displacement, m | pile |", "\n| Soft Step | 0.028"});
+  EXPECT_FALSE(has("page/report.md"));
 }
 
 TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {
-  expect_refused({"report", "nothing.toml"}, "nothing.toml");
-  expect_refused({"report", "nothing.gltf"}, "nothing.gltf");
-  expect_refused({"report", "--table", "chairs"},
-                 "--table 'chairs': give descendants-rows or descendants-time");
+  refuses("report nothing.toml", "nothing.toml");
+  refuses("report nothing.gltf", "nothing.gltf");
+  refuses("report --table chairs", "--table 'chairs': give descendants-rows or descendants-time");
   write("one.toml", "");
-  expect_refused({"report", "one.toml", "--maps"}, "--maps: give scenes");
-  expect_refused({"report", "one.toml", "two.toml"}, "two.toml: give one sweep file, or scenes");
-  expect_refused({"report", "claims", "--scenes", "nowhere"}, "nowhere");
-  expect_refused({"report", "claims", "--scenes", scene(""), "--output", "nowhere/claims.md"}, "nowhere");
+  refuses("report one.toml --maps", "--maps: give scenes");
+  refuses("report one.toml two.toml", "two.toml: give one sweep file, or scenes");
+  refuses("report claims --scenes nowhere", "nowhere");
+  refuses("report claims --scenes $S --output nowhere/claims.md", "nowhere");
 }
 
 }  // namespace

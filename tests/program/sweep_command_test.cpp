@@ -26,18 +26,9 @@ class SweepCommand : public Program {
     write("small.toml", "horizon = 0.1\n" +
                             grid("pendulum.gltf", "algorithms = ['a1', 'a5']\nsubsteps = [1, 4]") +
                             "[[limit]]\nscenes = ['pendulum.gltf']\nalgorithms = ['a5']\n");
-    std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
+    copy_scene("pendulum.gltf");
   }
 };
-
-TEST_F(SweepCommand, RepeatsErrors) {
-  EXPECT_EQ(expect("sweep small.toml --output one", 0, {"4 jobs, 4 of them done now"}).err, "");
-  printed("sweep small.toml --output other --threads 1");
-  EXPECT_EQ(content("one/errors.csv"), content("other/errors.csv"));
-  EXPECT_EQ(content("one/sweep.json"), content("other/sweep.json"));
-  const std::string errors = content("one/errors.csv");
-  EXPECT_EQ(std::ranges::count(errors, '\n'), 4);  // a head and three runs
-}
 
 TEST_F(SweepCommand, ContinuesAndRepeatsDamagedJobs) {
   printed("sweep small.toml --output done");
@@ -81,11 +72,13 @@ TEST_F(SweepCommand, RejectsTamperedRecord) {
 }
 
 TEST_F(SweepCommand, MergesParts) {
-  printed("sweep small.toml --output whole");
+  EXPECT_EQ(expect("sweep small.toml --output whole --threads 1", 0, {"4 jobs, 4 of them done now"}).err, "");
+  EXPECT_EQ(std::ranges::count(content("whole/errors.csv"), '\n'), 4);  // a head and three runs
   for (const std::string part : {"1/3", "2/3", "3/3"})
     printed("sweep small.toml --output parts --job " + part);
   printed("sweep small.toml --output parts --merge");
   EXPECT_EQ(content("whole/sweep.json"), content("parts/sweep.json"));
+  EXPECT_EQ(content("whole/errors.csv"), content("parts/errors.csv"));
 }
 
 TEST_F(SweepCommand, ListsEnginesThatCannotRun) {
@@ -96,13 +89,11 @@ TEST_F(SweepCommand, ListsEnginesThatCannotRun) {
   write("broken/libode.so.8", "no library");
   write("engine.toml", "horizon = 0.1\n" + grid("pendulum.gltf", "algorithms = ['a1']") +
                            "engines = ['ode-step', 'no-such']\n");
-  const std::string program =
-      "cd " + quoted(folder().string()) + " && LD_LIBRARY_PATH=broken " + SUBSTEP_PROGRAM;
-  ASSERT_EQ(run_command(program + " sweep engine.toml --output engine").exit_code, 0);
+  const std::string program = "LD_LIBRARY_PATH=broken $P ";
+  ASSERT_EQ(command(program + "sweep engine.toml --output engine").exit_code, 0);
   const std::string message = "ODE is not installed: on Debian 12, apt-get install libode8 (";
-  EXPECT_THAT(content("engine/sweep.json"), HasSubstr("the program was built without it"));
-  EXPECT_THAT(content("engine/sweep.json"), HasSubstr(message));
-  const Outcome film = run_command(program + " video pendulum.gltf --panel ode");
+  expect_content("engine/sweep.json", {"the program was built without it", message});
+  const Outcome film = command(program + "video pendulum.gltf --panel ode");
   EXPECT_EQ(film.exit_code, 0) << film.err;
   EXPECT_THAT(film.out, HasSubstr("not simulated: " + message)) << "its panel and its row say why";
 }
@@ -128,15 +119,14 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   refuses("sweep small.toml --job 3/2", "--job '3/2'");
   refuses("sweep small.toml --job 1/2 --merge", "give one of them");
   // Without a PATH there is no Slurm.
-  EXPECT_THAT(shell("sweep small.toml --slurm 2", "").err, HasSubstr("sbatch cannot be started"));
+  EXPECT_THAT(command("PATH= $P sweep small.toml --slurm 2").err, HasSubstr("sbatch cannot be started"));
 }
 
 TEST_F(SweepCommand, ExpandsFilePatterns) {
   write("like.toml",
         "horizon = 0.1\n[horizons]\npendulum = 0.05\n" + grid("pend*.gltf", "algorithms = ['a1']"));
   printed("sweep like.toml --output like");
-  EXPECT_THAT(content("like/sweep.json"), HasSubstr("\"scene\":\"pendulum\""));
-  EXPECT_THAT(content("like/sweep.json"), HasSubstr("\"horizon\":0.05"));
+  expect_content("like/sweep.json", {"\"scene\":\"pendulum\"", "\"horizon\":0.05"});
 }
 
 TEST_F(SweepCommand, RunsExampleOfItsPage) {
@@ -144,7 +134,7 @@ TEST_F(SweepCommand, RunsExampleOfItsPage) {
   const std::size_t begin = text.find("<!-- sweep -->\n```toml\n") + 23;
   ASSERT_NE(begin, std::string::npos + 23);
   write("example.toml", text.substr(begin, text.find("\n```", begin) - begin) + "\n");
-  std::filesystem::copy_file(scene("rod_chain.gltf"), folder() / "rod_chain.gltf");
+  copy_scene("rod_chain.gltf");
   // Two scenes, two algorithms, four n and two kinds of joints; three steps of A1; a limit
   expect("sweep example.toml --output example", 0, {"36 jobs, 36 of them done now"});
 }

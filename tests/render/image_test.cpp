@@ -6,10 +6,8 @@
 #include <fstream>
 #include <memory>
 
-#include "render/resolve.h"
 #include "render/textures.h"
 #include "sim/error.h"
-#include "sim/math/fnv1a.h"
 #include "tests/error_message.h"
 #include "tests/temporary_folder.h"
 
@@ -90,19 +88,6 @@ TEST_F(Png, FailedWriteLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST(ImageHash, EqualsFnvOfSizeAndPixels) {
-  EXPECT_EQ(hash(Image()), fnv1a(std::string(8, '\0')));
-  Image image = pattern(8, 4);
-  const std::uint64_t before = hash(image);
-  EXPECT_EQ(hash(pattern(8, 4)), before);
-  image.rgb.back() ^= 1;
-  EXPECT_NE(hash(image), before);
-  // The same bytes in another shape are another picture.
-  image = pattern(8, 4);
-  std::swap(image.width, image.height);
-  EXPECT_NE(hash(image), before);
-}
-
 /// Returns a PNG of noise with alpha.
 std::string noisy_file(int width, int height, std::uint32_t seed) {
   return to_png(Texels{width, height, noise(std::size_t{4} * width * height, seed)});
@@ -167,12 +152,6 @@ TEST(SmallerImages, KeepSmallFilesExceptTurnedOnes) {
   EXPECT_EQ(smaller.images[0].bytes, scene.images[0].bytes);
   EXPECT_EQ(smaller.images[1].bytes->find("Exif"), std::string::npos);
   EXPECT_EQ(image_of(smaller, 1).rgba, image_of(scene, 1).rgba);
-}
-
-TEST(NearestCode, InvertsLinearLight) {
-  for (int code = 0; code < 256; ++code) {
-    EXPECT_EQ(nearest_code(linear_light(static_cast<std::uint8_t>(code))), code);
-  }
 }
 
 }  // namespace

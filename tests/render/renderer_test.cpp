@@ -123,49 +123,6 @@ TEST(Context, WaitsForAnotherThreadToRelease) {
   EXPECT_TRUE(has_waited);
 }
 
-TEST(Renderer, ColorsIdentifyBodies) {
-  const Scene scene = three_shapes();
-  const std::map<int, int> count =
-      pixels_per_body(Renderer(scene, small_picture).draw_bodies(start_of(scene)));
-  EXPECT_EQ(count.size(), 5u);    // sky, ground and three bodies
-  EXPECT_GT(count.at(-1), 1000);  // the sky; measured 8,624
-  EXPECT_GT(count.at(0), 10000);  // the ground; 20,799
-  EXPECT_GT(count.at(1), 1000);   // the box; 1,712
-  EXPECT_GT(count.at(2), 400);    // the ball; 745
-  EXPECT_GT(count.at(3), 300);    // the capsule; 520
-}
-
-TEST(Renderer, DrawsEmptySceneAsGroundAndSky) {
-  Renderer renderer(empty_scene(), small_picture);
-  const std::vector<Coordinates> poses(1);
-  EXPECT_EQ(pixels_per_body(renderer.draw_bodies(poses)).size(), 2u);
-  EXPECT_GT(pixels_per_body(renderer.draw_bodies(poses)).at(0), 1000);
-  EXPECT_GT(renderer.draw(poses).rgb[0], 0);
-}
-
-TEST(Renderer, MovedBodyChangesOnlyItsPixels) {
-  const Scene scene = three_shapes();
-  std::vector<Coordinates> poses = start_of(scene);
-  Renderer renderer(scene, {.width = 240, .height = 135, .antialiasing = false, .shadows = false});
-  const Image before = renderer.draw(poses);
-  const Image colors_before = renderer.draw_bodies(poses);
-  poses[3].linear.y() += 0.4;
-  const Image after = renderer.draw(poses);
-  const Image colors_after = renderer.draw_bodies(poses);
-  int elsewhere = 0;
-  const int on_body = count_pixels(before, [&](int x, int y) {
-    const std::uint8_t* a = before.pixel(x, y);
-    const std::uint8_t* b = after.pixel(x, y);
-    // The ground under the capsule is a little less or more open to the sky, by a few codes.
-    if (std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]) <= 12) return false;
-    const bool is_body = body_at(colors_before, x, y) == 3 || body_at(colors_after, x, y) == 3;
-    elsewhere += is_body ? 0 : 1;
-    return is_body;
-  });
-  EXPECT_GT(on_body, 400);  // measured 967
-  EXPECT_EQ(elsewhere, 0);
-}
-
 /// Returns a floating box under a sun straight above, seen from above at a slant.
 Scene floating_box() {
   Scene scene = empty_scene();

@@ -20,16 +20,6 @@ Pixels grey(std::size_t pixels, int code, int alpha = 0) {
 
 constexpr int all_samples = 0xff;  // every sample is a body's and has the first colour
 
-TEST(Resolve, LowestRowComesLast) {
-  const Pixels bottom_up{1, 2, 3, 255, 4, 5, 6, 255};  // two rows of one pixel
-  EXPECT_EQ(top_down(bottom_up, 1, 2).rgb, (Pixels{4, 5, 6, 1, 2, 3}));
-  const Pixels ground = grey(2, 9);
-  for (const int samples : {1, 2}) {
-    EXPECT_EQ(resolved(RenderedPixels{1, 2, samples, ground, bottom_up, ground}).rgb,
-              (Pixels{4, 5, 6, 1, 2, 3}));
-  }
-}
-
 TEST(Resolve, EqualSamplesKeepTheirCode) {
   for (int code = 0; code < 256; ++code) {
     // This holds for each of the three colours that samples take.
@@ -78,15 +68,6 @@ TEST(Resolve, UprightEdgeHasFourStepsAPixel) {
   EXPECT_EQ(middle, (std::vector<int>{0, 0, 99, 188, 240, 255, 255}));
 }
 
-TEST(Resolve, SmoothsEdgesBetweenPixels) {
-  // Two pixels that bodies cover: the neighbour's nearest column of samples counts an eighth.
-  Pixels first = grey(2, 255, all_samples);
-  std::fill_n(first.begin(), 3, std::uint8_t{0});
-  const Image image = resolved(RenderedPixels{2, 1, 2, first, first, first});
-  EXPECT_EQ(image.pixel(0, 0)[0], 99);
-  EXPECT_EQ(image.pixel(1, 0)[0], 240);
-}
-
 TEST(Resolve, AgreesWithAveragingEachSample) {
   // 40 × 30 pixels of random colours and bits. light_of_samples() copies no pixels, but averages each sample.
   std::mt19937 numbers(1);  // NOLINT(bugprone-random-generator-seed): the same in every run
@@ -99,18 +80,6 @@ TEST(Resolve, AgreesWithAveragingEachSample) {
   for (std::size_t i = 3; i < first.size(); i += 8) first[i] = first[i] < 128 ? 0 : all_samples;
   const RenderedPixels rendered{40, 30, 2, ground, first, second};
   EXPECT_EQ(resolved(rendered).rgb, resolved(light_of_samples(rendered), 40, 30, 2).rgb);
-}
-
-TEST(Resolve, IgnoresGroundBelowBodies) {
-  // The left pixel is wholly a body's, so its ground may have any colour; of the right one only the right
-  // half is.
-  Pixels first = grey(2, 255, all_samples);
-  first[7] = 0xaa;
-  Pixels ground = grey(2, 0);
-  const Image black = resolved(RenderedPixels{2, 1, 2, ground, first, ground});
-  std::fill_n(ground.begin(), 4, std::uint8_t{200});
-  EXPECT_EQ(resolved(RenderedPixels{2, 1, 2, ground, first, ground}).rgb, black.rgb);
-  EXPECT_EQ(black.rgb[0], 240);  // 7/8
 }
 
 TEST(Resolve, LaysBlendedSurfacesOverBodiesAndGround) {

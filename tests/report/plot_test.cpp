@@ -8,15 +8,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <regex>
 #include <string>
 #include <vector>
 
+#include "render/image.h"
 #include "render/inks.h"
 #include "render/report/plot_layout.h"
 #include "sim/error.h"
+#include "sim/math/vector.h"
 #include "tests/error_message.h"
 
 namespace substep::report {
@@ -56,12 +57,6 @@ double number_after(const std::string& text, const std::string& name) {
   return at == std::string::npos ? NAN : std::stod(text.substr(at + name.size()));
 }
 
-std::uint32_t width_of_png(const std::string& png) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 16; i < 20; ++i) value = (value << 8) | static_cast<unsigned char>(png[i]);
-  return value;
-}
-
 TEST(Plot, HasTheWidthAndTextSizeForPrint) {
   Sheet sheet = two_panels();
   sheet.panels.resize(5, sheet.panels[0]);
@@ -77,8 +72,7 @@ TEST(Plot, HasTheWidthAndTextSizeForPrint) {
     const std::string pdf = draw(sheet, PictureFormat::pdf, style);
     EXPECT_NEAR(number_after(pdf, "/MediaBox [ 0 0 "), width / 25.4 * 72, 1);
     const std::string png = draw(sheet, PictureFormat::png, style);
-    EXPECT_EQ(png.substr(1, 3), "PNG");
-    EXPECT_NEAR(width_of_png(png), width / 25.4 * 200, 1);
+    EXPECT_NEAR(render::from_png(png, "figure").width, width / 25.4 * 200, 1);
   }
 }
 
@@ -199,28 +193,25 @@ void expect_separate(const Sheet& sheet, const FigureStyle& style) {
   const std::string svg = draw(sheet, PictureFormat::svg, style);
   const double units = style.width ? *style.width / 25.4 * 72 / (style.text / 12) : 0;
   const Layout layout = layout_of(sheet, style, units);
-  const std::string where = fmt::format("{} series, {} panels, {:g} mm", sheet.panels[0].series.size(),
-                                        sheet.panels.size(), style.width.value_or(0));
+  SCOPED_TRACE(fmt::format("{} series, {} panels, {:g} mm", sheet.panels[0].series.size(),
+                           sheet.panels.size(), style.width.value_or(0)));
   const std::vector<Box> texts = texts_of(svg);
-  ASSERT_GT(texts.size(), layout.legend.size() + layout.caption.size()) << where;
+  ASSERT_GT(texts.size(), layout.legend.size() + layout.caption.size());
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const Box& one = texts[i];
-    EXPECT_GE(one.left, -0.5) << where << ": " << one.text;
-    EXPECT_LE(one.right, layout.width + 0.5) << where << ": " << one.text;
-    EXPECT_LE(one.bottom, layout.height + 0.5) << where << ": " << one.text;
-    for (std::size_t k = 0; k < i; ++k)
-      EXPECT_LT(overlap(one, texts[k]), 0.5)
-          << where << ": '" << one.text << "' on '" << texts[k].text << "'";
+    SCOPED_TRACE(one.text);
+    EXPECT_GE(one.left, -0.5);
+    EXPECT_LE(one.right, layout.width + 0.5);
+    EXPECT_LE(one.bottom, layout.height + 0.5);
+    for (std::size_t k = 0; k < i; ++k) EXPECT_LT(overlap(one, texts[k]), 0.5) << texts[k].text;
     for (std::size_t panel = 0; panel < sheet.panels.size(); ++panel) {
       const Box plot{"plot", layout.left(panel), layout.right(panel), layout.top(panel),
                      layout.bottom(panel)};
-      EXPECT_LT(overlap(one, plot), 0.5) << where << ": '" << one.text << "' in a plot";
+      EXPECT_LT(overlap(one, plot), 0.5) << "in plot " << panel;
     }
   }
-  for (const LegendEntry& entry : layout.legend) {
-    EXPECT_TRUE(std::ranges::any_of(texts, [&](const Box& box) { return box.text == entry.lines[0]; }))
-        << where << ": " << entry.lines[0];
-  }
+  for (const LegendEntry& entry : layout.legend)
+    EXPECT_TRUE(std::ranges::count(texts, entry.lines[0], &Box::text) > 0) << entry.lines[0];
 }
 
 TEST(PlotLayout, KeepsTextsApart) {
@@ -253,51 +244,38 @@ TEST(PlotLayout, KeepsTheCaptionShorterThanThePlotInOneColumn) {
   EXPECT_LT(layout.caption_top - layout.bottom(0) - layout.bottom_margin - legend, 1.5 * line_height);
 }
 
-using Color = std::array<double, 3>;
-
-Color times(const std::array<Color, 3>& matrix, const Color& x) {
-  Color result{};
-  for (std::size_t i = 0; i < 3; ++i)
-    result[i] = matrix[i][0] * x[0] + matrix[i][1] * x[1] + matrix[i][2] * x[2];
-  return result;
-}
-
 /// Returns the linear light of "#rrggbb".
-Color linear(const std::string& hex) {
-  Color result{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double c = std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16) / 255.0;
+Vector3 linear(const std::string& hex) {
+  Vector3 result;
+  for (int i = 0; i < 3; ++i) {
+    const double c = std::stoi(hex.substr(1 + 2 * static_cast<std::size_t>(i), 2), nullptr, 16) / 255.0;
     result[i] = c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
   }
   return result;
 }
 
 /// Returns CIE L*a*b* under D65.
-Color lab(Color light) {
-  for (double& c : light) c = std::clamp(c, 0.0, 1.0);
-  Color xyz = times({{{0.4125, 0.3576, 0.1804}, {0.2127, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9503}}}, light);
-  const Color white{0.9505, 1, 1.0888};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double t = xyz[i] / white[i];
-    xyz[i] = t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116;
-  }
-  return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
+Vector3 lab(const Vector3& light) {
+  Matrix3 xyz_of_rgb;
+  xyz_of_rgb << 0.4125, 0.3576, 0.1804, 0.2127, 0.7152, 0.0722, 0.0193, 0.1192, 0.9503;
+  const Vector3 white(0.9505, 1, 1.0888);
+  const Vector3 xyz = (xyz_of_rgb * light.cwiseMax(0).cwiseMin(1)).cwiseQuotient(white);
+  const Vector3 t =
+      xyz.unaryExpr([](double x) { return x > 0.008856 ? std::cbrt(x) : 7.787 * x + 16.0 / 116; });
+  return {116 * t[1] - 16, 500 * (t[0] - t[1]), 200 * (t[1] - t[2])};
 }
 
 /// Returns the smallest difference in colour of two inks, as seen with normal sight, protanopia and
 /// deuteranopia (Machado, Oliveira and Fernandes 2009).
 double distance(int a, int b) {
-  const std::array<std::array<Color, 3>, 3> eyes{
-      {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
-       {{{0.1523, 1.0526, -0.2049}, {0.1145, 0.7863, 0.0992}, {-0.0039, -0.0481, 1.0520}}},
-       {{{0.3673, 0.8606, -0.2280}, {0.2801, 0.6725, 0.0474}, {-0.0118, 0.0429, 0.9689}}}}};
-  double least = INFINITY;
-  for (const auto& eye : eyes) {
-    const Color x = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(a)).light)));
-    const Color y = lab(times(eye, linear(render::inks.at(static_cast<std::size_t>(b)).light)));
-    least = std::min(least, std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
-  }
-  return least;
+  Matrix3 protanopia;
+  protanopia << 0.1523, 1.0526, -0.2049, 0.1145, 0.7863, 0.0992, -0.0039, -0.0481, 1.0520;
+  Matrix3 deuteranopia;
+  deuteranopia << 0.3673, 0.8606, -0.2280, 0.2801, 0.6725, 0.0474, -0.0118, 0.0429, 0.9689;
+  const Vector3 one = linear(render::inks.at(static_cast<std::size_t>(a)).light);
+  const Vector3 other = linear(render::inks.at(static_cast<std::size_t>(b)).light);
+  const auto seen_with = [&](const Matrix3& eye) { return (lab(eye * one) - lab(eye * other)).norm(); };
+  return std::min({seen_with(Matrix3::Identity()), seen_with(protanopia), seen_with(deuteranopia)});
 }
 
 TEST(Inks, EnginesDifferForTheColourBlind) {

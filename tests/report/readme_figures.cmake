@@ -1,21 +1,18 @@
 # cmake -D program=… -D source=… -D folder=… -P readme_figures.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(REMOVE_RECURSE ${folder})
 file(MAKE_DIRECTORY ${folder})
-function(run)
-  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${source} RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "${ARGN}: ${text}")
-  endif()
-endfunction()
-run(${program} sweep scenes/sweep.toml --no-cache --output ${folder}/sweep)
-run(${program} sweep scenes/descendants.toml --no-cache --output ${folder}/descendants)
+run_or_fail(${program} sweep scenes/sweep.toml --no-cache --output ${folder}/sweep WORKING_DIRECTORY ${source})
+run_or_fail(${program} sweep scenes/descendants.toml --no-cache --output ${folder}/descendants
+  WORKING_DIRECTORY ${source})
 foreach(name work-rows mass-ratio descendants-rows warm-start needed-substeps avbd-stability soft-rows)
   string(REPLACE "-" "_" file ${name})
   set(results sweep)
   if(name MATCHES "descendants|warm")
     set(results descendants)
   endif()
-  run(${program} report figure ${name} --results ${folder}/${results} --output ${folder}/${file}.svg)
+  run_or_fail(${program} report figure ${name} --results ${folder}/${results} --output ${folder}/${file}.svg
+    WORKING_DIRECTORY ${source})
   execute_process(COMMAND ${CMAKE_COMMAND} -E compare_files ${folder}/${file}.svg ${source}/scenes/pictures/${file}.svg
     RESULT_VARIABLE result)
   if(NOT result EQUAL 0)

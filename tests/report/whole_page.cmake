@@ -1,5 +1,6 @@
 # cmake -D program=… -D source=… -D folder=… -P whole_page.cmake: `substep report` of a small sweep.
 cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(REMOVE_RECURSE ${folder})
 file(WRITE ${folder}/small.toml "horizon = 0.1
 properties = true
@@ -8,11 +9,7 @@ scenes = [\"${source}/scenes/pendulum.gltf\", \"${source}/scenes/box_stack.gltf\
 algorithms = [\"a1\", \"a2\", \"a3\", \"a5\"]
 substeps = [1, 4]
 ")
-execute_process(COMMAND ${program} report ${folder}/small.toml --scenes ${source}/scenes --no-cache --output ${folder}/report
-  RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "substep report: ${text}")
-endif()
+run_or_fail(${program} report ${folder}/small.toml --scenes ${source}/scenes --no-cache --output ${folder}/report)
 file(READ ${folder}/report/report.md page)
 foreach(part IN ITEMS "12 runs of 2 scenes" "### box_stack" "## References")
   if(NOT page MATCHES "${part}")

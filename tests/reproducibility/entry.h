@@ -1,6 +1,8 @@
 #pragma once
 /// Settings of the processor when the library is entered.
 
+#include <fenv.h>
+
 #include <cfenv>
 #include <cstdio>
 #include <string_view>
@@ -11,12 +13,14 @@
 
 namespace substep {
 
-/// Sets the rounding mode, or flush-to-zero, by its name: upward, downward, toward-zero, flush-to-zero.
+/// Sets the rounding mode, flush-to-zero or traps by a name: upward, downward, toward-zero, flush-to-zero,
+/// trapping.
 /// Returns false where the processor lacks it.
 inline bool enter(std::string_view mode) {
   if (mode == "upward") return std::fesetround(FE_UPWARD) == 0;
   if (mode == "downward") return std::fesetround(FE_DOWNWARD) == 0;
   if (mode == "toward-zero") return std::fesetround(FE_TOWARDZERO) == 0;
+  if (mode == "trapping") return feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW) >= 0;
 #if defined(__x86_64__)
   if (mode == "flush-to-zero") {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);

@@ -4,18 +4,16 @@
 # - itself without AVX2 and FMA in the C library's eyes,
 # - the same source, built with `compiler` at -O1.
 
+include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(GLOB scenes ${source}/scenes/*.gltf ${source}/scenes/*.glb)
 
-function(hashes out)
-  execute_process(COMMAND ${ARGN} ${body_steps} ${scenes} OUTPUT_VARIABLE text RESULT_VARIABLE result)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "${ARGN} ended with ${result}")
-  endif()
-  string(LENGTH "${text}" length)
+function(hashes result)
+  run_or_fail(${ARGN} ${body_steps} ${scenes})
+  string(LENGTH "${out}" length)
   if(length LESS 1000)
-    message(FATAL_ERROR "${ARGN} printed too little: ${text}")
+    message(FATAL_ERROR "${ARGN} printed too little: ${out}")
   endif()
-  set(${out} "${text}" PARENT_SCOPE)
+  set(${result} "${out}" PARENT_SCOPE)
 endfunction()
 
 hashes(here ${program})
@@ -24,17 +22,9 @@ if(NOT here STREQUAL older)
   message(FATAL_ERROR "other bits without AVX2 and FMA:\n${here}\n--- and\n${older}")
 endif()
 
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${source} -B ${build} -G Ninja -D CMAKE_CXX_COMPILER=${compiler}
-  -D CMAKE_BUILD_TYPE=None -D CMAKE_CXX_FLAGS=-O1 -D SUBSTEP_BENCHMARKS=OFF
-  RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "could not configure with ${compiler}:\n${text}")
-endif()
-execute_process(COMMAND ${CMAKE_COMMAND} --build ${build} --target pose_hashes
-  RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "could not build with ${compiler}:\n${text}")
-endif()
+run_or_fail(${CMAKE_COMMAND} -S ${source} -B ${build} -G Ninja -D CMAKE_CXX_COMPILER=${compiler}
+  -D CMAKE_BUILD_TYPE=None -D CMAKE_CXX_FLAGS=-O1 -D SUBSTEP_BENCHMARKS=OFF)
+run_or_fail(${CMAKE_COMMAND} --build ${build} --target pose_hashes)
 hashes(other ${build}/tests/reproducibility/pose_hashes)
 if(NOT here STREQUAL other)
   message(FATAL_ERROR "other bits from ${compiler} -O1:\n${here}\n--- and\n${other}")

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <sstream>
 
+#include "sim/error.h"
+#include "sim/execution/child_process.h"
 #include "sim/math/base64.h"
 #include "sim/measure/json.h"
 #include "tests/error_message.h"
@@ -229,29 +231,17 @@ Json skinned(Json document, int node, const std::string& joints) {
 }
 
 Outcome outcome_of(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
-  int ends[2];
-  if (pipe(ends) != 0) throw Error("no pipe");
+  const TemporaryFile sent;
   const pid_t child = fork();
   if (child == 0) {
-    close(ends[0]);
-    std::string message;
-    try {
+    const std::string message = message_of([&] {
       for (const Body& body : load_scene(file, options).bodies) {
-        if (!body.pose.position.allFinite() || !body.inverse_inertia.allFinite()) message = "not finite";
+        if (!body.pose.position.allFinite() || !body.inverse_inertia.allFinite()) throw Error("not finite");
       }
-    } catch (const std::exception& failure) {
-      message = failure.what();
-    }
-    const bool sent = write(ends[1], message.data(), message.size()) == static_cast<ssize_t>(message.size());
-    _exit(sent ? 0 : 3);
+    });
+    const auto size = static_cast<ssize_t>(message.size());
+    _exit(write(sent.descriptor(), message.data(), message.size()) == size ? 0 : 3);
   }
-  close(ends[1]);
-  Outcome outcome;
-  char part[4096];
-  for (ssize_t got = 0; (got = read(ends[0], part, sizeof part)) > 0;) {
-    outcome.message.append(part, static_cast<std::size_t>(got));
-  }
-  close(ends[0]);
   int status = 0;
   rusage used{};
   EXPECT_EQ(wait4(child, &status, 0, &used), child);
@@ -259,9 +249,8 @@ Outcome outcome_of(const std::filesystem::path& file, const std::optional<MeshOp
   const auto seconds = [](const timeval& time) {
     return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
   };
-  outcome.seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
-  outcome.mebibytes = static_cast<double>(used.ru_maxrss) / 1024;
-  return outcome;
+  return {sent.content(), static_cast<double>(used.ru_maxrss) / 1024,
+          seconds(used.ru_utime) + seconds(used.ru_stime)};
 }
 
 }  // namespace substep::test

@@ -97,7 +97,9 @@ TEST(Refusal, RefusesMeshes) {
     /accessors/0/bufferView = 2 | there is no buffer view 2
     /accessors/0/bufferView = | has no 'bufferView' | /accessors/0
     /accessors/0/count = 9 | ends at byte 108 | /accessors/0
+    /accessors/0/count = 4294967295 | ends at byte | /accessors/0
     /accessors/0/count = 4294967296 | more than
+    /accessors/0/sparse/count = 4000000000 | is sparse | /accessors/0
     /accessors/0/count = 0 | is 0
     /accessors/0/byteOffset = 2 | multiple of 4 | /accessors/0
     /accessors/0/type = "SCALAR" | must be VEC3

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "sim/loading/load_scene.h"
+#include "sim/measure/json.h"
 #include "tests/scene/example_scene.h"
 #include "tests/scene_files.h"
 
@@ -111,11 +112,9 @@ TEST(LoadScene, DrawsMeshesWithTheirBodies) {
   ASSERT_TRUE(scene.sun);
   expect_near(scene.sun->direction, {0, -1, 0}, 1e-15);
   EXPECT_EQ(scene.sun->illuminance, 3);
-  EXPECT_EQ(scene.sun->color, (std::array{1., 0.9, 0.8}));
-}
-
-TEST(LoadScene, ScalesDaylightInLuxDown) {
+  // Daylight in lux is scaled down.
   EXPECT_EQ(load(edited("/extensions/KHR_lights_punctual/lights/0/intensity = 80000")).sun->illuminance, 3);
+  EXPECT_EQ(scene.sun->color, (std::array{1., 0.9, 0.8}));
 }
 
 TEST(LoadScene, KeepsGivenNormals) {
@@ -133,34 +132,25 @@ TEST(LoadScene, GlbMatchesGltf) {
   document["buffers"][0].erase("uri");
   const TemporaryFolder folder;
   const Scene from_glb = load_scene(folder.write("example.glb", glb(document.dump(), cube_buffer())));
-  ASSERT_EQ(from_glb.bodies.size(), from_gltf.bodies.size());
-  for (std::size_t i = 0; i < from_glb.bodies.size(); ++i) {
-    EXPECT_EQ(from_glb.bodies[i].name, from_gltf.bodies[i].name);
-    EXPECT_EQ(from_glb.bodies[i].inverse_mass, from_gltf.bodies[i].inverse_mass);
-    EXPECT_EQ(from_glb.bodies[i].inverse_inertia, from_gltf.bodies[i].inverse_inertia);
-  }
+  Json of_gltf = scene_json(from_gltf);
+  const Json of_glb = scene_json(from_glb);
+  for (const char* const key : {"file", "hash"}) of_gltf[key] = of_glb[key];
+  EXPECT_EQ(of_glb, of_gltf);
   EXPECT_EQ(from_glb.meshes[0].positions, from_gltf.meshes[0].positions);
 }
 
-TEST(LoadScene, ReadsBuffersWithEncodedNames) {
+TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
+  const Json document = edited(R"(/buffers/0/uri = "parts/a%20c%C3%BCbe.bin")");
   const TemporaryFolder folder;
   folder.write("parts/a cübe.bin", cube_buffer());
-  const Json document = edited(R"(/buffers/0/uri = "parts/a%20c%C3%BCbe.bin")");
-  EXPECT_EQ(load_scene(folder.write("example.gltf", document.dump())).bodies.size(), 3u);
-}
-
-TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
-  const Json document = edited(R"(/buffers/0/uri = "cube.bin")");
-  const TemporaryFolder folder;
-  folder.write("cube.bin", cube_buffer());
   const auto file = folder.write("example.gltf", document.dump());
-  const std::uint64_t hash = load_scene(file).hash;
-  EXPECT_EQ(load_scene(file).hash, hash);
-  EXPECT_EQ(load_scene(folder.write("other name.gltf", document.dump())).hash, hash);
-  folder.write("cube.bin", cube_buffer() + "x");
-  EXPECT_NE(load_scene(file).hash, hash);
-  folder.write("cube.bin", cube_buffer());
-  EXPECT_NE(load_scene(folder.write("example.gltf", document.dump() + " ")).hash, hash);
+  const Scene scene = load_scene(file);
+  EXPECT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(load_scene(folder.write("other name.gltf", document.dump())).hash, scene.hash);
+  folder.write("parts/a cübe.bin", cube_buffer() + "x");
+  EXPECT_NE(load_scene(file).hash, scene.hash);
+  folder.write("parts/a cübe.bin", cube_buffer());
+  EXPECT_NE(load_scene(folder.write("example.gltf", document.dump() + " ")).hash, scene.hash);
 }
 
 TEST(LoadScene, ReadsSettingsFromExtras) {
@@ -168,7 +158,7 @@ TEST(LoadScene, ReadsSettingsFromExtras) {
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
-  EXPECT_EQ(defaults.substeps, 45);  // for 2 kg and 2 t, by SubstepsFollowFromMasses
+  EXPECT_EQ(defaults.substeps, 45);  // for 2 kg and 2 t, by SubstepsFollowFromMassesAndLoops
   EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
   const Scene scene = load(edited(R"(
@@ -184,7 +174,7 @@ TEST(LoadScene, ReadsSettingsFromExtras) {
   EXPECT_THAT(scene.warnings, testing::ElementsAre(HasSubstr("/extras/substep/gravity: is along z")));
 }
 
-TEST(LoadScene, SubstepsFollowFromMasses) {
+TEST(LoadScene, SubstepsFollowFromMassesAndLoops) {
   const auto substeps = [](double crate, double rock) {
     const char* const edits = "/nodes/1/$/motion/mass = {}; /nodes/4/$/motion/mass = {}";
     return load(edited(fmt::format(fmt::runtime(edits), crate, rock))).substeps;
@@ -194,23 +184,17 @@ TEST(LoadScene, SubstepsFollowFromMasses) {
   EXPECT_EQ(substeps(1000, 1), 45);     // √2000 = 44.7…
   EXPECT_EQ(substeps(0.01, 500), 100);  // at most
   EXPECT_EQ(substeps(0, 500), 40);      // 0 kg: no force moves it, so that its joints close a loop
-}
-
-TEST(LoadScene, LoopsOfJointsTakeMoreSubsteps) {
   EXPECT_EQ(scene_named("four_bar").substeps, 40);
   EXPECT_EQ(scene_named("rod_chain").substeps, 10);
 }
 
-TEST(LoadScene, SecondSceneCanBeDefault) {
-  const Scene scene = load(edited("/scenes/1/nodes = [4]; /scene = 1"));
-  ASSERT_EQ(scene.bodies.size(), 2u);
-  EXPECT_EQ(scene.bodies[1].name, "rock");
-}
-
-TEST(LoadScene, TakesAllRootsWithoutScenes) {
-  const Scene scene = load(edited("/scene =; /scenes ="));
-  EXPECT_EQ(scene.bodies.size(), 3u);
-  EXPECT_EQ(scene.visuals.size(), 2u);  // node 5 is now one of them
+TEST(LoadScene, TakesTheDefaultSceneOrAllRoots) {
+  const Scene second = load(edited("/scenes/1/nodes = [4]; /scene = 1"));
+  ASSERT_EQ(second.bodies.size(), 2u);
+  EXPECT_EQ(second.bodies[1].name, "rock");
+  const Scene all = load(edited("/scene =; /scenes ="));
+  EXPECT_EQ(all.bodies.size(), 3u);
+  EXPECT_EQ(all.visuals.size(), 2u);  // node 5 is now one of them
 }
 
 TEST(LoadScene, MakesNamesUnique) {
@@ -286,21 +270,18 @@ TEST(LoadScene, BodyWithoutColliderIsBallOfWater) {
   }
 }
 
-TEST(LoadScene, ZeroMeansInfinite) {
+TEST(LoadScene, ZeroAndKinematicMeanInfinite) {
   const Body fixed = body_with(R"({"mass": 0})");
   EXPECT_EQ(fixed.inverse_mass, 0);
   EXPECT_EQ(fixed.inverse_inertia, Vector3(0, 0, 0));
   const Body axle = body_with(R"({"mass": 4, "inertiaDiagonal": [0, 2, 0]})");
   EXPECT_EQ(axle.inverse_mass, 0.25);
   EXPECT_EQ(axle.inverse_inertia, Vector3(0, 0.5, 0));
-}
-
-TEST(LoadScene, KinematicBodyKeepsVelocity) {
-  const Body body = body_with(
+  const Body turning = body_with(
       R"({"isKinematic": true, "mass": 4, "inertiaDiagonal": [1, 2, 3], "angularVelocity": [0, 5, 0]})");
-  EXPECT_EQ(body.inverse_mass, 0);
-  EXPECT_EQ(body.inverse_inertia, Vector3(0, 0, 0));
-  EXPECT_EQ(body.angular_velocity, Vector3(0, 5, 0));
+  EXPECT_EQ(turning.inverse_mass, 0);
+  EXPECT_EQ(turning.inverse_inertia, Vector3(0, 0, 0));
+  EXPECT_EQ(turning.angular_velocity, Vector3(0, 5, 0));
 }
 
 TEST(LoadScene, BodyFrameFollowsPrincipalAxes) {
@@ -360,13 +341,24 @@ TEST(LoadScene, BodyBelowAnotherIsSeparate) {
 }
 
 TEST(LoadScene, ScaleGoesIntoShape) {
-  const Scene box = load(edited(one_body("{}", R"({"type": "box"})"), "/nodes/0/scale = [1, -2, 3]"));
-  EXPECT_NEAR(1 / box.bodies[1].inverse_mass, 6000, 1e-9);
-  for (const Vector3& vertex : std::get<Polytope>(box.colliders[0].shape).vertices) {
-    EXPECT_EQ(vertex.cwiseAbs(), Vector3(0.5, 1, 1.5));
-  }
   const Scene ball = load(edited(one_body("{}", R"({"type": "sphere"})"), "/nodes/0/scale = [-2, -2, -2]"));
   EXPECT_EQ(std::get<Sphere>(ball.colliders[0].shape).radius, 1);
+  for (const char* const scale : {"/nodes/0/scale = [2, -3, 4]; /nodes/0/translation = [5, 6, 7]",
+                                  "/nodes/0/matrix = [0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1]"}) {
+    const Scene box = load(edited(one_body("{}", R"({"type": "box"})"), scale));
+    const Body& body = box.bodies[1];
+    EXPECT_NEAR(1 / body.inverse_mass, 24000, 1e-9);
+    EXPECT_EQ(node_pose(body).position, Vector3(5, 6, 7));
+    const bool is_turned = std::string(scale).find("matrix") != std::string::npos;
+    for (const Vector3& vertex : std::get<Polytope>(box.colliders[0].shape).vertices) {
+      const Vector3 in_world = body.pose * (box.colliders[0].placement * vertex) - Vector3(5, 6, 7);
+      if (is_turned) {
+        expect_near(in_world.cwiseAbs(), {1.5, 1, 2}, 1e-14);
+      } else {
+        EXPECT_EQ(in_world.cwiseAbs(), Vector3(1, 1.5, 2));
+      }
+    }
+  }
 }
 
 TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
@@ -387,30 +379,16 @@ TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
 }
 
 TEST(LoadScene, ReadsEachCombineMode) {
-  const std::vector<std::pair<std::string, Combine>> modes{{"average", Combine::average},
-                                                           {"minimum", Combine::minimum},
-                                                           {"maximum", Combine::maximum},
-                                                           {"multiply", Combine::multiply}};
-  for (const auto& [friction, friction_mode] : modes) {
-    for (const auto& [restitution, restitution_mode] : modes) {
-      const Json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
-      const ContactMaterial read =
-          load(edited("/$/physicsMaterials/0 = " + material.dump())).colliders[1].material;
-      EXPECT_EQ(read.friction_combine, friction_mode) << friction;
-      EXPECT_EQ(read.restitution_combine, restitution_mode) << restitution;
-    }
-  }
-}
-
-TEST(LoadScene, MatrixGivesPoseAndScale) {
-  const Scene scene = load(edited(one_body("{}", R"({"type": "box"})"),
-                                  "/nodes/0/matrix = [0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1]"));
-  EXPECT_EQ(node_pose(scene.bodies[1]).position, Vector3(5, 6, 7));
-  const auto& shape = std::get<Polytope>(scene.colliders[0].shape);
-  for (const Vector3& vertex : shape.vertices) {
-    const Vector3 in_world = scene.bodies[1].pose * (scene.colliders[0].placement * vertex);
-    expect_near((in_world - Vector3(5, 6, 7)).cwiseAbs(), {1.5, 1, 2}, 1e-14);
-  }
+  const auto read = [](const char* friction, const char* restitution) {
+    const Json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
+    const Scene scene = load(edited("/$/physicsMaterials/0 = " + material.dump()));
+    return std::pair(scene.colliders[1].material.friction_combine,
+                     scene.colliders[1].material.restitution_combine);
+  };
+  EXPECT_EQ(read("average", "minimum"), std::pair(Combine::average, Combine::minimum));
+  EXPECT_EQ(read("minimum", "maximum"), std::pair(Combine::minimum, Combine::maximum));
+  EXPECT_EQ(read("maximum", "multiply"), std::pair(Combine::maximum, Combine::multiply));
+  EXPECT_EQ(read("multiply", "average"), std::pair(Combine::multiply, Combine::average));
 }
 
 TEST(LoadScene, TurnedNodeIsDrawnSheared) {
@@ -423,13 +401,6 @@ TEST(LoadScene, TurnedNodeIsDrawnSheared) {
   expect_near(scene.visuals[0].linear * Vector3::UnitY(), {-3 * r, r, 0}, 1e-15);
 }
 
-TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
-  const Scene scene = load(edited("/nodes/4/$/collider/geometry/convexHull ="));
-  EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 8u);
-  EXPECT_THAT(scene.warnings,
-              Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
-}
-
 TEST(LoadScene, ColliderTakesMesh) {
   // The collider names the rock's mesh in place of the mesh's node.
   const Scene scene = load(edited(R"(/nodes/4/$/collider/geometry = {"mesh": 0, "convexHull": true})"));
@@ -438,6 +409,12 @@ TEST(LoadScene, ColliderTakesMesh) {
             std::get<Polytope>(with_node.colliders[2].shape).vertices);
   EXPECT_EQ(scene.bodies[2].inverse_mass, with_node.bodies[2].inverse_mass);
   EXPECT_THAT(scene.warnings, IsEmpty());
+  // A moving body collides as the hull, asked for or not.
+  const Scene moving = load(edited("/nodes/4/$/collider/geometry/convexHull ="));
+  EXPECT_EQ(std::get<Polytope>(moving.colliders[2].shape).vertices,
+            std::get<Polytope>(with_node.colliders[2].shape).vertices);
+  EXPECT_THAT(moving.warnings,
+              Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
   // A static collider keeps the triangles.
   const Scene in_world = load(edited(R"(/nodes/4/$ = {"collider": {"geometry": {"mesh": 0}}})"));
   EXPECT_EQ(std::get<TriangleMesh>(in_world.colliders[2].shape).triangles.size(), 12U);

@@ -1,4 +1,5 @@
-// A step of A2–A5 allocates nothing after the first, as long as there are not more contacts than before.
+// A step of A2–A5 allocates nothing after the first, as long as there are not more contacts than before; nor
+// does the search for contacts.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +7,9 @@
 #include <new>
 
 #include "sim/constraints/constraint.h"
+#include "sim/geometry/contact.h"
+#include "sim/geometry/convex_hull.h"
+#include "tests/geometry/solids.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
@@ -25,16 +29,17 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept {
+// gcc 12 takes an inlined free() for a mismatch.
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::align_val_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
   std::free(memory);
 }
 
@@ -80,6 +85,44 @@ TEST(Allocation, NoneInAStepAfterTheFirst) {
       EXPECT_EQ(allocations_of_steps(scene_named(scene), settings), 0) << name(algorithm) << ' ' << scene;
     }
   }
+}
+
+TEST(Allocation, NoneInContactSearchOnceWarm) {
+  std::mt19937 random(1);
+  std::vector<Shape> shapes = test::round_shapes();
+  const Shape others[] = {Plane{}, test::flat_mesh(8, 0.25, 0.3), box({1, 1, 1}), cylinder(1, 0.5, 0.5),
+                          test::random_hull(random, 30)};
+  shapes.insert(shapes.end(), std::begin(others), std::end(others));
+  std::vector<Pose> poses;
+  poses.reserve(40);
+  for (int i = 0; i < 40; ++i) {
+    poses.push_back({test::random_point(random, 0.8), test::random_orientation(random)});
+  }
+  std::vector<Bounds> boxes;
+  BroadPhase broad_phase;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  std::vector<ContactPoint> points;
+  std::size_t found = 0;
+  const auto run = [&] {
+    points.clear();
+    for (const Shape& a : shapes) {
+      for (const Shape& b : shapes) {
+        for (const Pose& pose : poses) find_contacts(a, pose, b, {}, 0.05, points);
+      }
+    }
+    found = points.size();
+    boxes.clear();
+    for (const Pose& pose : poses) boxes.push_back(bounds(shapes.back(), pose));
+    broad_phase.find_pairs(boxes, pairs);
+  };
+  run();
+  allocations = 0;
+  counting = true;
+  run();
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(found, 1000U);
+  EXPECT_FALSE(pairs.empty());
 }
 
 /// The allocations that a vector of these takes, itself on the heap.

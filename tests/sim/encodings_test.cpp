@@ -51,17 +51,6 @@ TEST(Fnv1a, IsContinued) {
   EXPECT_EQ(fnv1a_of_number(0xff, 1, fnv1a_start), fnv1a("\xff"));
 }
 
-TEST(Settings, ResolveByName) {
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    EXPECT_EQ(algorithm_named(name(algorithm)), algorithm);
-  }
-  for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable})
-    EXPECT_EQ(joints_named(name(joints)), joints);
-  EXPECT_EQ(algorithm_named("a6"), std::nullopt);
-  EXPECT_EQ(joints_named(""), std::nullopt);
-}
-
 TEST(Settings, FollowScene) {
   Scene scene;
   EXPECT_EQ(usual_settings(scene, Algorithm::a5).substeps, default_settings(Algorithm::a5).substeps);

@@ -4,17 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cfenv>
-#include <functional>
 #include <string>
-#include <utility>
-#include <vector>
-
-#if defined(__x86_64__)
-#include <pmmintrin.h>
-#endif
 
 #include "sim/log/pose_log.h"
 #include "sim/simulation.h"
+#include "tests/reproducibility/entry.h"
 #include "tests/scene_files.h"
 
 namespace substep {
@@ -29,34 +23,17 @@ std::string log_of(const std::string& name, Algorithm algorithm) {
   return to_text(record(simulation, 40, 1));
 }
 
-struct Setting {
-  std::string name;
-  std::function<void()> set;
-};
-
-std::vector<Setting> settings() {
-  std::vector<Setting> result{{"upwards", [] { std::fesetround(FE_UPWARD); }},
-                              {"downwards", [] { std::fesetround(FE_DOWNWARD); }},
-                              {"towards zero", [] { std::fesetround(FE_TOWARDZERO); }},
-                              {"trapping", [] { feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW); }}};
-#if defined(__x86_64__)
-  result.push_back({"flushing to zero", [] { _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON); }});
-  result.push_back({"subnormals are zeros", [] { _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON); }});
-#endif
-  return result;
-}
-
 TEST(FloatingPoint, KeepsBitsInAnyRoundingMode) {
   for (const char* const scene : {"door", "box_stack", "tumbling_body"}) {
     for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a5}) {
       const std::string expected = log_of(scene, algorithm);
-      for (const Setting& setting : settings()) {
+      for (const char* const mode : {"upward", "downward", "toward-zero", "flush-to-zero", "trapping"}) {
         std::fenv_t before{};
         std::fegetenv(&before);
-        setting.set();
+        enter(mode);
         const std::string found = log_of(scene, algorithm);
         std::fesetenv(&before);
-        EXPECT_TRUE(found == expected) << scene << ' ' << name(algorithm) << ": " << setting.name;
+        EXPECT_TRUE(found == expected) << scene << ' ' << name(algorithm) << ": " << mode;
       }
     }
   }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "tests/sim/minimal_coordinates.h"
 #include "tests/sim/moving_solids.h"
 
 namespace substep::test {
@@ -70,9 +71,10 @@ struct DoorAndBall {
   double mass;         ///< of the ball
   double force;        ///< N
   double depth;        ///< of the ball's centre behind the door's middle plane, m
-  Eigen::Vector4d y;   ///< the ball's distance from the hinge along the door, the door's angle; their momenta
+  std::vector<double>
+      y;  ///< the ball's distance from the hinge along the door, the door's angle; their momenta
 
-  double spin_at(const Eigen::Vector4d& state) const {
+  double spin_at(const std::vector<double>& state) const {
     return (state[3] - depth * state[2]) / (about_hinge + mass * state[0] * state[0]);
   }
   double spin() const { return spin_at(y); }
@@ -80,23 +82,17 @@ struct DoorAndBall {
   Eigen::Vector2d velocity() const {
     return Eigen::Rotation2Dd(y[1]) * Eigen::Vector2d(y[2] / mass, y[0] * spin());
   }
-  /// Advances by Lagrange's equations and the classical Runge-Kutta method, for as long as the ball presses
-  /// the door.
+  /// Advances by Lagrange's equations, for as long as the ball presses the door.
   void advance(double duration) {
-    const auto rate = [&](const Eigen::Vector4d& state) {
+    const auto rate = [&](const std::vector<double>& state) {
       const double w = spin_at(state);
-      return Eigen::Vector4d(state[2] / mass - depth * w, w,
-                             mass * state[0] * w * w + force * std::sin(state[1]),
-                             force * (state[0] * std::cos(state[1]) + depth * std::sin(state[1])));
+      return std::vector<double>{state[2] / mass - depth * w, w,
+                                 mass * state[0] * w * w + force * std::sin(state[1]),
+                                 force * (state[0] * std::cos(state[1]) + depth * std::sin(state[1]))};
     };
-    const int steps = 2000;
-    const double h = duration / steps;
-    for (int i = 0; i < steps; ++i) {
-      const Eigen::Vector4d a = rate(y);
-      const Eigen::Vector4d b = rate(y + 0.5 * h * a);
-      const Eigen::Vector4d c = rate(y + 0.5 * h * b);
-      const Eigen::Vector4d d = rate(y + h * c);
-      const Eigen::Vector4d next = y + h / 6 * (a + 2 * b + 2 * c + d);
+    for (int i = 0; i < 2000; ++i) {
+      std::vector<double> next = y;
+      runge_kutta(rate, duration / 2000, next);
       if (spin_at(next) < spin()) return;
       y = next;
     }

@@ -6,21 +6,18 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "sim/log/file_output.h"
 #include "tests/folders.h"
 
 namespace {
 
+/// Returns a file of the folder sim; nothing where there is none.
 std::string read(const std::string& file) {
-  std::ifstream stream(std::string(substep::test::source_folder) + "/sim/" + file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  return substep::content_of(std::string(substep::test::source_folder) + "/sim/" + file).value_or("");
 }
 
 std::vector<std::string> lines_of(const std::string& text) {

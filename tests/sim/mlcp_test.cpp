@@ -9,8 +9,6 @@
 #include <cmath>
 #include <random>
 
-#include "sim/error.h"
-
 namespace substep {
 namespace {
 
@@ -149,21 +147,6 @@ class MlcpTest : public testing::Test {
   double worst_ = 0;  ///< of all violations
 };
 
-TEST_F(MlcpTest, SolvesRowsOfFirstBody) {
-  std::mt19937 random(4);
-  for (int i = 0; i < 300; ++i) {
-    const int bodies = 2 + static_cast<int>(random() % 4);
-    Mlcp problem = any_problem(random, bodies, 1 + static_cast<int>(random() % (2 * bodies)), false);
-    // Make the first body a row's second one.
-    Mlcp::Row& row = problem.rows.front();
-    const double softness = row.softness;
-    row = row_of(1, 0, row.part_a, any_part(random), row.right);
-    row.softness = softness;
-    ASSERT_TRUE(solves(problem)) << i;
-  }
-  EXPECT_LT(worst_, 1e-7);
-}
-
 TEST_F(MlcpTest, CountsActiveSets) {
   // A row without limits is active, whatever its impulse: there is one set to try.
   std::mt19937 random(5);
@@ -273,36 +256,6 @@ Mlcp some_contacts(std::mt19937& random) {
 /// Changes the slips at random, so that no rigid motion fits them.
 void move_right_sides(Mlcp& problem, std::mt19937& random) {
   for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
-}
-
-TEST_F(MlcpTest, SolvesOrReportsFriction) {
-  std::mt19937 random(4);
-  int solved = 0;
-  constexpr int problems = 200;
-  for (int i = 0; i < problems; ++i) {
-    const bool is_solved = solves(some_contacts(random));
-    EXPECT_EQ(is_solved, violation_ < 1e-9) << i;
-    solved += is_solved;
-  }
-  EXPECT_GE(solved, problems * 99 / 100);  // measured 200 of 200
-}
-
-TEST_F(MlcpTest, SolvesIncompatibleSlips) {
-  std::mt19937 random(6);
-  int solved = 0;
-  int turning = 0;
-  constexpr int problems = 200;
-  for (int i = 0; i < problems; ++i) {
-    Mlcp problem = some_contacts(random);
-    move_right_sides(problem, random);
-    solved += solves(problem);
-    turning += violation_ > 1e-9;
-  }
-  EXPECT_EQ(solved, problems);  // measured
-  // Where a contact is about to slide, its slip and the angle between slip and impulse are small at once, and
-  // the solver ends by their product; the law here asks for one of them: measured 1.8e-7, on 1 of 200.
-  EXPECT_LE(turning, 1);
-  EXPECT_LT(worst_, 1e-6);
 }
 
 /// Adds a row of a joint or stop for each body, to the body seven below, and repeats some of them. Bodies at
@@ -434,10 +387,6 @@ TEST_F(MlcpTest, KeepsBitsInText) {
   const std::vector<double> one = lambda_;
   solve(parse_mlcp(text, "problem"));
   EXPECT_EQ(one, lambda_);
-  for (const std::string& bad : {text.substr(0, text.size() / 2), std::string("substep mlcp 2\n"),
-                                 std::string(), text.substr(0, 40) + "x" + text.substr(40)}) {
-    EXPECT_THROW(parse_mlcp(bad, "problem"), Error) << bad.substr(0, 60);
-  }
 }
 
 TEST_F(MlcpTest, IgnoresImmovableRows) {

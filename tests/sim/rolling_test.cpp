@@ -69,25 +69,16 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
 /// Returns the position of a ball on a tilting slab, with either as the first body.
 Vector3 place_on_tilting_slab(Algorithm algorithm, bool slab_first) {
   Scene scene = test::empty_scene();
-  Body slab;
-  slab.name = "slab";
-  slab.inverse_mass = 1e-6;
-  slab.inverse_inertia = Vector3::Constant(1e-6);
-  slab.gravity_factor = 0;
-  slab.pose = {{0.4, 1, 0.2}, rotation_quaternion({0.1, 0.7, 0})};
-  slab.angular_velocity = {1.5, 0.2, -0.8};
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 0.5;
-  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 2 * 0.04));
-  ball.pose.position = slab.pose * Vector3(0.3, 0.4, -0.2);
+  const Pose pose{{0.4, 1, 0.2}, rotation_quaternion({0.1, 0.7, 0})};
   for (const bool is_slab : {slab_first, !slab_first}) {
-    Collider collider;
-    collider.body = static_cast<int>(scene.bodies.size());
-    collider.material.static_friction = collider.material.dynamic_friction = rolling_friction;
-    collider.shape = is_slab ? Shape(box({4, 0.4, 4})) : Shape(Sphere{0.2});
-    scene.bodies.push_back(is_slab ? slab : ball);
-    scene.colliders.push_back(collider);
+    if (!is_slab) {
+      test::add_ball(scene, 0.2, 2, pose * Vector3(0.3, 0.4, -0.2), rolling_friction);
+      continue;
+    }
+    Body& slab = scene.bodies[test::add_box(scene, {4, 0.4, 4}, 1e6, pose, rolling_friction)];
+    slab.inverse_inertia = Vector3::Constant(1e-6);
+    slab.gravity_factor = 0;
+    slab.angular_velocity = {1.5, 0.2, -0.8};
   }
   return test::run(scene, default_settings(algorithm), 20.0 / 60).q[slab_first ? 2 : 1].linear;
 }

@@ -32,10 +32,7 @@ struct Scale {
     for (double& offset : shape.face_offsets) offset *= length;
     shape.centre *= length;
     apply({&shape.bounding_radius, &shape.inner_radius});
-    if (shape.box) {
-      apply(shape.box->pose);
-      shape.box->half_size *= length;
-    }
+    if (shape.half_box) *shape.half_box *= length;
     if (shape.ellipsoid) *shape.ellipsoid *= length;
   }
   void operator()(Cylinder& shape) const {
@@ -47,8 +44,8 @@ struct Scale {
   void operator()(TriangleMesh& shape) const {
     apply(shape.vertices);
     for (TriangleMesh::Node& node : shape.nodes) {
-      node.bounds.lower *= length;
-      node.bounds.upper *= length;
+      node.bounds.min() *= length;
+      node.bounds.max() *= length;
     }
   }
 

@@ -47,6 +47,16 @@ inline Scene weightless_scene() {
   return scene;
 }
 
+/// Adds a body of these principal moments, without colliders; returns its index.
+inline int add_body(Scene& scene, double mass, const Vector3& moments, const Pose& pose = {}) {
+  Body& body = scene.bodies.emplace_back();
+  body.name = "body";
+  body.inverse_mass = 1 / mass;
+  body.inverse_inertia = moments.cwiseInverse();
+  body.pose = pose;
+  return static_cast<int>(scene.bodies.size()) - 1;
+}
+
 inline constexpr std::array all_axes{true, true, true};
 
 inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
@@ -91,19 +101,13 @@ inline Scene net(int side) {
   Scene scene = empty_scene();
   constexpr double pitch = 0.5;
   for (int i = 0; i < side * side; ++i) {
-    Body ball;
-    ball.name = "ball";
-    ball.inverse_mass = 1;
-    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.2 * 0.2));
-    ball.pose.position = pitch * Vector3(i % side, 0, i / side);
-    scene.bodies.push_back(ball);
-    const int body = i + 1;
+    const Vector3 centre = pitch * Vector3(i % side, 0, i / side);
+    const int body = add_body(scene, 1, Vector3::Constant(0.4 * 0.2 * 0.2), {centre, Quaternion::Identity()});
     const Vector3 along = pitch / 2 * Vector3::UnitX();
     const Vector3 across = pitch / 2 * Vector3::UnitZ();
     if (i % side > 0) scene.joints.push_back(ball_joint(body - 1, body, along, -along));
     if (i >= side) scene.joints.push_back(ball_joint(body - side, body, across, -across));
-    if (i < side && i % 4 == 0)
-      scene.joints.push_back(ball_joint(body, 0, Vector3::Zero(), ball.pose.position));
+    if (i < side && i % 4 == 0) scene.joints.push_back(ball_joint(body, 0, Vector3::Zero(), centre));
   }
   return scene;
 }
@@ -123,13 +127,8 @@ inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
     scene.joints.push_back(ball_joint(i + 1, i, {-length / 2, 0, 0}, {i > 0 ? length / 2 : 0.0, 0, 0}));
   }
   if (end_mass > 0) {
-    Body ball;
-    ball.name = "ball";
-    ball.inverse_mass = 1 / end_mass;
-    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * end_mass * 0.0625));
-    ball.pose.position = along * (length * rods + 0.25);
-    ball.pose.orientation = rotation_quaternion({0, 0, -angle});
-    scene.bodies.push_back(ball);
+    add_body(scene, end_mass, Vector3::Constant(0.4 * end_mass * 0.0625),
+             {along * (length * rods + 0.25), rotation_quaternion({0, 0, -angle})});
     scene.joints.push_back(ball_joint(rods + 1, rods, {-0.25, 0, 0}, {length / 2, 0, 0}));
   }
   return scene;

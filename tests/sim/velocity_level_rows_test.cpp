@@ -16,20 +16,13 @@ const Quaternion tilt = rotation_quaternion({0.4, -0.7, 0.3});
 /// Returns a body of `mass` on a joint with the world at its centre, in general orientations, without limits
 /// and drives.
 Scene jointed_body(double mass) {
-  Scene scene = test::empty_scene();
-  scene.gravity.setZero();
-  Body body;
-  body.name = "body";
-  body.inverse_mass = 1 / mass;
-  body.inverse_inertia = Vector3(1.7, 2.5, 3.1) / mass;
-  body.pose = {{0.3, -0.2, 0.5}, tilt};
-  scene.bodies.push_back(body);
-  Joint joint;
+  Scene scene = test::weightless_scene();
+  const Pose pose{{0.3, -0.2, 0.5}, tilt};
+  test::add_body(scene, mass, mass * Vector3(0.6, 0.4, 0.3), pose);
+  Joint& joint = scene.joints.emplace_back();
   joint.name = "joint";
   joint.body_b = 1;
-  joint.frame_a.position = body.pose.position;
-  joint.frame_a.orientation = tilt;
-  scene.joints.push_back(joint);
+  joint.frame_a = pose;
   return scene;
 }
 

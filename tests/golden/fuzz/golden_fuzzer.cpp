@@ -1,41 +1,24 @@
-#include "tests/golden/fuzz/golden_fuzzer.h"
-#include "tests/folders.h"
+/// A fuzz target for the files of the regression suite and of sweeps. With clang: cmake --preset fuzz, then
+/// build-fuzz/tests/golden/fuzz/golden_fuzzer with a folder for what it finds and tests/golden/fuzz/corpus.
 
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include "tests/golden/fuzz/golden_fuzzer.h"
+
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "golden/compare/track.h"
 #include "golden/suite/sidecar.h"
 #include "golden/suite/suite.h"
-#include "sim/error.h"
 #include "sim/log/pose_log.h"
 #include "sim/study/sweep.h"
-#include "tests/temporary_folder.h"
+#include "tests/fuzz_corpus.h"
 
 namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Returns a folder with the scene that suites and sweeps of the corpus name. The folder is removed when the
-/// program ends.
-const fs::path& folder() {
-  static const test::TemporaryFolder made;
-  static const bool copied =
-      fs::copy_file(fs::path(test::source_folder) / "scenes/pendulum.gltf", made.path() / "pendulum.gltf");
-  static_cast<void>(copied);
-  return made.path();
-}
-
-void require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "the parsed content is not valid: %s\n", what);
-  std::abort();
-}
+using test::require;
 
 void read(std::string_view kind, std::string_view content, const fs::path& file) {
   if (kind == "pose-log") {
@@ -73,22 +56,21 @@ bool reads_or_refuses(std::string_view bytes) {
   if (end == std::string_view::npos) return false;
   const std::string_view kind = bytes.substr(0, end);
   bytes.remove_prefix(end + 1);
-  const fs::path file = folder() / "fuzzed";
-  std::ofstream(file, std::ios::binary) << bytes;
-  bool was_read = false;
-  try {
-    read(kind, bytes, file);
-    was_read = true;
-  } catch (const Error& error) {
-    const std::string_view message = error.what();
-    // A record has no file of its own, so its errors name none.
-    require(kind == "record" || message.find("fuzzed") != std::string_view::npos ||
-                message.find(folder().string()) != std::string_view::npos,
-            "a refusal does not name the file");
-  }
-  std::error_code ignored;
-  fs::remove(file, ignored);
-  return was_read;
+  // Suites and sweeps of the corpus name this scene.
+  fs::copy_file(fs::path(test::source_folder) / "scenes/pendulum.gltf", test::fuzz_folder() / "pendulum.gltf",
+                fs::copy_options::skip_existing);
+  const std::optional<std::string> message =
+      test::refusal("fuzzed", bytes, [&](const fs::path& file) { read(kind, bytes, file); });
+  // A record has no file of its own, so its errors name none.
+  require(!message || kind == "record" || message->find("fuzzed") != std::string::npos ||
+              message->find(test::fuzz_folder().string()) != std::string::npos,
+          "a refusal does not name the file");
+  return !message;
 }
 
 }  // namespace substep::golden
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  substep::golden::reads_or_refuses({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

@@ -1,4 +1,6 @@
-/// A fuzz target that loads any bytes as a scene's file, which must load or be refused with a message.
+/// A fuzz target that loads any bytes as a scene's file, which must load or be refused with a message. With
+/// clang: cmake --preset fuzz, then build-fuzz/tests/scene/fuzz/scene_fuzzer with
+/// -dict=tests/scene/fuzz/gltf.dict, a folder for what it finds, and tests/scene/fuzz/corpus.
 ///
 /// Bytes that begin with "glTF" are a .glb. Others are a .gltf, unless their first line is "mesh." and a
 /// format's name: then the rest is a file of that format.
@@ -6,35 +8,17 @@
 #include "tests/scene/fuzz/scene_fuzzer.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
-#include <filesystem>
-#include <fstream>
+#include <cstdint>
 #include <string>
-#include <string_view>
 
-#include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
-#include "tests/temporary_folder.h"
+#include "tests/fuzz_corpus.h"
 
 namespace substep {
 namespace {
 
-namespace fs = std::filesystem;
-
-/// Returns a folder that holds the scene alone, and is removed when the program ends.
-const fs::path& folder() {
-  static const test::TemporaryFolder made;
-  return made.path();
-}
-
-void require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "a loaded scene is not valid: %s\n", what);
-  std::abort();
-}
+using test::require;
 
 bool is_sound(const Pose& pose) {
   return pose.position.allFinite() && std::fabs(pose.orientation.norm() - 1) < 1e-9;
@@ -92,19 +76,16 @@ bool loads_or_is_refused(std::string_view bytes) {
     if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.") != std::string::npos) return false;
     bytes.remove_prefix(end + 1);
   }
-  const fs::path file = folder() / name;
-  std::ofstream(file, std::ios::binary) << bytes;
-  bool loaded = false;
-  try {
-    check(load_scene(file));
-    loaded = true;
-  } catch (const Error& error) {
-    require(std::string_view(error.what()).find(name) != std::string_view::npos,
-            "a refusal does not name the file");
-  }
-  std::error_code ignored;
-  fs::remove(file, ignored);
-  return loaded;
+  const std::optional<std::string> message =
+      test::refusal(name, bytes, [](const auto& file) { check(load_scene(file)); });
+  require(!message || message->find(name) != std::string::npos, "a refusal does not name the file");
+  require(!message || message->find('\n') == std::string::npos, "a refusal has more than one line");
+  return !message;
 }
 
 }  // namespace substep
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  substep::loads_or_is_refused({reinterpret_cast<const char*>(data), size});
+  return 0;
+}
