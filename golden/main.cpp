@@ -1,4 +1,4 @@
-/// substep: scenes through five solver algorithms, to pose logs, pictures and comparison videos.
+/// The program substep: simulates scenes with A1 to A5, renders the runs and compares them.
 
 #include <fmt/format.h>
 
@@ -65,7 +65,7 @@ std::string no_command(const CLI::App& app, const std::string& typed) {
                      name.empty() ? "'substep --help' lists them" : fmt::format("did you mean '{}'?", name));
 }
 
-/// Returns the message on words that cannot be understood, with the option that may have been meant.
+/// Returns the message on arguments that cannot be parsed, with the option that may have been meant.
 std::string complaint(const CLI::App& app, const std::vector<std::string>& words,
                       const CLI::ParseError& error) {
   if (app.get_subcommands().empty() && words[0][0] != '-') return no_command(app, words[0]);
@@ -87,8 +87,8 @@ std::string complaint(const CLI::App& app, const std::vector<std::string>& words
 int run(int argc, char** argv) {
   CLI::App app{
       "Scenes through the five algorithms A1 to A5 of 'The Sub-stepping of Havok's Physics Solver':\n"
-      "simulated, drawn, compared. 'substep help COMMAND' says more of each command,\n"
-      "'substep help settings' of the settings of solving.",
+      "simulated, drawn, compared. 'substep help COMMAND' describes a command,\n"
+      "'substep help settings' the settings of the solver.",
       "substep"};
   app.footer("Example:\n  substep video scenes/box_stack.gltf      makes box_stack.mp4");
   app.require_subcommand(1);

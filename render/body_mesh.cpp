@@ -51,7 +51,7 @@ std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
   return x ^ x >> 31;
 }
 
-/// Returns whether every edge of the part's triangles has as many on each side, and they enclose a volume.
+/// Returns whether each edge has as many triangles on one side as on the other, and they enclose a volume.
 /// The part's vertices are those from `first` on.
 bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
   // Give vertices at one corner one key.
@@ -306,7 +306,7 @@ void add_collider(Gatherer& gatherer, const Collider& collider) {
                   mesh->normals[t]);
     }
   } else if (!is_ground(collider)) {
-    // A piece of the plane, large enough to be seen as one.
+    // Draw a square of the plane, 20 m wide
     constexpr double reach = 10;
     add_polygon(gatherer, collider.placement,
                 {{-reach, 0, -reach}, {-reach, 0, reach}, {reach, 0, reach}, {reach, 0, -reach}},

@@ -95,8 +95,11 @@ void Renderer::Implementation::draw_relief(Poses poses, double low_x, double low
     glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const auto height = static_cast<float>(high) * (from_below ? depths[i] : 1 - depths[i]);
-      if (from_below) relief.lowest[i] = height;
-      if (!from_below) relief.highest[i] = depths[i] < 1 ? height : -1.0F;
+      if (from_below) {
+        relief.lowest[i] = height;
+      } else {
+        relief.highest[i] = depths[i] < 1 ? height : -1.0F;
+      }
     }
   }
   glDisable(GL_DEPTH_CLAMP);

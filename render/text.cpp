@@ -165,8 +165,9 @@ double text_width(std::string_view text, const TextStyle& style) {
 std::vector<std::string> wrapped(std::string_view text, const TextStyle& style, double width) {
   std::vector<std::string> lines{""};
   while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find_first_of(" \n"));
+    const std::string_view word = text.substr(0, text.find_first_of(" \t\n"));
     text.remove_prefix(std::min(word.size() + 1, text.size()));
+    if (word.empty()) continue;
     std::string longer = lines.back() + (lines.back().empty() ? "" : " ");
     longer += word;
     if (lines.back().empty() || text_width(longer, style) <= width) {

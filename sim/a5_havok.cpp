@@ -53,7 +53,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     add_scaled(tau / kappa, v_local, sum_v);  // proc5:16
     undo_update_rule(problem, settings, v_local, sum_v);
     carry_momenta(problem, hs, v_local);
-    // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
+    // proc5:17, mvʲ⁺¹ = v̆ʲ + svʲ⁺¹, is at proc5:8 of the next sub-step, so that ext receives v̆
   }
 
   // Step coordinates; body 0 is the world

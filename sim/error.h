@@ -15,7 +15,7 @@ class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 
-  /// Formats the message as fmt::format() does.
+  /// Formats the message as fmt::format() does. A text alone is taken as it is, with its braces.
   template <typename First, typename... Others>
   Error(fmt::format_string<First, Others...> text, First&& first, Others&&... others)
       : std::runtime_error(fmt::format(text, std::forward<First>(first), std::forward<Others>(others)...)) {}

@@ -28,8 +28,8 @@ struct Simulation::Implementation {
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
     build_blocks(problem, is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows);
-    // A5 scales its sum of velocities by the joints' τ/κ, and contacts with another ratio undo the
-    // difference. Without joints it uses the contacts' ratio.
+    // Use the contacts' τ and κ for all where there are no joints: A5 scales its sum of velocities by the
+    // joints' τ/κ, and contacts with another ratio undo the difference.
     if (problem.c.blocks.empty()) {
       const auto [tau, kappa] = settings.of_contacts();
       settings.tau = tau;
@@ -322,7 +322,7 @@ struct Simulation::Implementation {
   int tried_parts = 0;                           ///< in the current equal part
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of all parts of the step but the last
-  bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
+  bool sub_stepped;    ///< all but A1 and A2: take() has angular velocities in body frames
   bool is_direct;      ///< A1
   bool is_descendant;  ///< Soft Step, AVBD
   const std::vector<Coordinates> no_coordinates;

@@ -61,7 +61,7 @@ inline std::string changed(std::string bytes, std::size_t from, std::mt19937& ra
 /// Aborts unless the condition holds.
 inline void require(bool condition, const char* what) {
   if (condition) return;
-  std::fprintf(stderr, "not as it must be: %s\n", what);
+  std::fprintf(stderr, "requirement failed: %s\n", what);
   std::abort();
 }
 

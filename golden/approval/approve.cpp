@@ -25,7 +25,8 @@ struct NewGolden {
   std::string content;
 };
 
-/// Returns the path `text` of results.json, which may come from elsewhere, below `folder`.
+/// Returns folder/text. Throws Error where `text`, from a results.json that may be foreign, leaves the
+/// folder.
 fs::path inside(const fs::path& folder, const std::string& text) {
   const fs::path path = text;
   if (path.is_absolute() || std::ranges::find(path, "..") != path.end())
@@ -54,7 +55,8 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
 }
 
 /// Adds when and why the case was approved; earlier approvals are in the repository's history. A case that
-/// passes has the same states and pictures, so its approval stays, also where files are rewritten.
+/// passes has the same states and pictures, so that its approval and provenance stay, also where files are
+/// rewritten.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   if (old.is_object() && old.contains("approved") && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");

@@ -15,7 +15,7 @@ namespace substep::golden {
 struct ApproveOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";  ///< of the check
-  std::vector<std::string> cases;              ///< names; of cases that pass an outdated sidecar is renewed
+  std::vector<std::string> cases;              ///< names; of a passing one outdated files are renewed
   bool all_failed = false;                     ///< every case that did not pass, too
   std::string reason;                          ///< kept in the sidecars
 };

@@ -1,6 +1,6 @@
 #pragma once
-/// Internal to check(): the cases one after another, and the steps of a case's check in
-/// their order. Each step reads what the steps before it left.
+/// Internals of check(): the plan, the output folder, the checker of one case, and the context that the steps
+/// of a case pass on.
 
 #include <chrono>
 #include <functional>
@@ -122,8 +122,8 @@ struct CaseContext {
     write(name, render::to_png(picture));
   }
 
-  /// Returns true where pictures must be equal: on the pinned renderer, or on the renderer that drew the
-  /// goldens.
+  /// Returns true where pictures must be equal: on the pinned renderer; for a case with `any_renderer`, on
+  /// the platform that drew its goldens.
   bool is_exact_here() const {
     return result.entry.any_renderer ? sidecar.platform == made_with.platform : made_with.is_pinned;
   }
@@ -137,25 +137,25 @@ struct CaseContext {
   std::optional<PoseLog> live = {};
   std::optional<Track> live_track = {};
   std::vector<std::string> edited = {};  ///< golden files that differ from the approved ones
-  std::vector<Drawing> drawn = {};       ///< the golden poses, a drawing a picture of the case
-  std::vector<Drawing> new_images = {};  ///< the live ones, where they are needed
+  std::vector<Drawing> drawn = {};       ///< of the golden poses, one for each picture
+  std::vector<Drawing> new_images = {};  ///< of the live poses; empty where not needed
 };
 
 /// Draws the golden poses and compares with the golden pictures, which shows what the renderer changed, and
 /// with pictures of the live poses, which shows what the simulation changed. Writes the pictures that differ.
-void check_images(CaseContext& work);
+void check_images(CaseContext& context);
 
 /// Sets verdict and cause. The first rule that applies decides:
 ///
-///  1. new, missing      goldens are not there;
+///  1. new, missing      no golden exists; a golden, the sidecar or the track is absent;
 ///  2. golden edited     all that fails does so against goldens whose own hash, noted when they were
 ///                       approved, does not hold: nobody approved them;
 ///  3. scene changed     the scene's file is another than the goldens were made of, and what differs in it
 ///                       bears on what fails (motion, pictures or both);
 ///  4. loading changed   an equal file loads with other masses, positions, shapes or meshes;
-///  5. simulation, renderer or both changed: all other cases; on a renderer other than the pictures', the
-///                       environment.
-void decide(CaseContext& work);
+///  5. simulation, renderer or both changed: all other cases. Environment: only pictures fail, and not
+///                       is_exact_here().
+void decide(CaseContext& context);
 
 /// Returns the explanation of a failing case for a person, without the commands (failures.h).
 std::string explain(const CaseResult& result);

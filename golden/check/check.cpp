@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
@@ -33,7 +32,7 @@ constexpr const char* made_with_key = "made_with";
 constexpr const char* refusal_key = "refusal";
 constexpr const char* case_key = "case";
 
-/// Time for the pictures of a case whose command has its own `time_limit`, s.
+/// Time for the pictures of a case that runs a command, beside its `time_limit`, s.
 constexpr double time_for_pictures = 30;
 
 void send(int descriptor, const char* what, const Json& value) {
@@ -52,8 +51,7 @@ extern "C" void end_worker(int /*signal*/) {
   ::kill(0, SIGKILL);
 }
 
-/// Handles signals without a message: the parent prints it, whether a signal reaches the parent alone or a
-/// terminal sends it to both.
+/// Ends the worker on a signal without a message, since the parent prints one.
 void end_silently() {
   // End the commands of cases, too: they are in the worker's process group.
   ::setpgid(0, 0);
@@ -157,10 +155,10 @@ struct Worker {
   std::string buffer;                ///< received part of its next message
 };
 
-/// Checks the plan's cases in a process for every processor.
-class CheckApart {
+/// Checks the plan's cases in worker processes, at most one for each processor.
+class ParallelCheck {
  public:
-  CheckApart(const CheckPlan& plan, const CheckWatcher& watcher, CheckOutput& output)
+  ParallelCheck(const CheckPlan& plan, const CheckWatcher& watcher, CheckOutput& output)
       : plan_(plan), watcher_(watcher), output_(output), entries_(plan.cases.size()) {}
 
   void run() {
@@ -221,8 +219,8 @@ class CheckApart {
   /// Replaces a process that has ended.
   void replace(Slot& worker) {
     const std::string how = worker->wait_for_end();
-    if (!worker->is_ready) throw Error("the renderer cannot be started: " + how);
-    if (!worker->index) throw Error("a process that checks ended without checking: run it again");
+    if (!worker->is_ready) throw Error("a worker ended before its first case: " + how);
+    if (!worker->index) throw Error("a worker ended between two cases: run the check again");
     add_error(*worker, how);
     worker = std::make_unique<Worker>(plan_);
   }
@@ -278,7 +276,7 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
 
 Json check(const CheckOptions& options, const CheckWatcher& watcher) {
   check_with(options,
-             [&](const CheckPlan& plan, CheckOutput& output) { CheckApart(plan, watcher, output).run(); });
+             [&](const CheckPlan& plan, CheckOutput& output) { ParallelCheck(plan, watcher, output).run(); });
   return read_results(options.output);
 }
 

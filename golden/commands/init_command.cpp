@@ -63,7 +63,7 @@ std::string case_of(const fs::path& file, const std::string& shown) {
 }
 
 constexpr const char* suite_start =
-    R"(# What is watched: each [[case]] is a scene and how it is run. `substep check` compares with the goldens beside this
+    R"(# Cases: each [[case]] is a scene and how it is run. `substep check` compares with the goldens beside this
 # file, `substep approve` replaces them with the last check's results. golden/suite/suite.h of substep explains every key.
 
 [defaults]
@@ -101,7 +101,7 @@ std::string run_line_of(const std::string& command, const fs::path& project) {
 
 constexpr const char* readme = R"(# Goldens
 
-What the scenes of `suite.toml` did when somebody last looked and found it good.
+Approved results of the scenes of `suite.toml`.
 
     substep check                                   # compares; a new case has no golden yet
     substep approve --failed --reason "why"         # after you looked at out/check/report.html

@@ -1,5 +1,5 @@
 #pragma once
-/// Compares a picture with the golden one: size and place of differences, and the bodies in them.
+/// Compares a picture with the golden one: extent and position of differences, and the bodies in them.
 ///
 /// Rules in their order; the first that applies decides:
 ///
@@ -25,8 +25,8 @@ struct ImageTolerance {
   int hard = 64;
   int level = 3;
   std::int64_t count = 20;
-  /// The largest FLIP error of a pixel, which decides in place of rules 3 and 4 where it is given: two
-  /// renderers that round edges differently look the same. The caller computes it.
+  /// The largest accepted FLIP error of a pixel. Where it is set, the caller decides by it in place of rules
+  /// 3 and 4, since two renderers that round edges differently look the same.
   std::optional<double> flip;
 };
 

@@ -26,7 +26,7 @@ std::string algorithm_of(const Json& entry) {
   return entry.at("settings").at("algorithm");
 }
 
-/// Returns which cases fail: "all cases of a3, no others".
+/// Describes the cases of one group of failures: "all cases of a3", "3 of 10 cases, in 2 scenes, by a1 a3".
 std::string which_cases(const std::vector<const Json*>& failing, const Json& checked) {
   if (failing.size() == checked.size()) return "all cases";
   std::set<std::string> algorithms;
@@ -37,9 +37,9 @@ std::string which_cases(const std::vector<const Json*>& failing, const Json& che
   }
   const auto of_algorithm = std::ranges::count(checked, *algorithms.begin(), algorithm_of);
   if (algorithms.size() == 1 && of_algorithm == std::ssize(failing)) {
-    return fmt::format("all cases of {}, no others", *algorithms.begin());
+    return fmt::format("all cases of {}", *algorithms.begin());
   }
-  return fmt::format("{} of {} cases, of {} scene{}, all {}", failing.size(), checked.size(), scenes.size(),
+  return fmt::format("{} of {} cases, in {} scene{}, by {}", failing.size(), checked.size(), scenes.size(),
                      scenes.size() == 1 ? "" : "s", fmt::join(algorithms, " "));
 }
 

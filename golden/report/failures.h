@@ -34,10 +34,10 @@ std::string shell_word(const std::string& word);
 /// The cases that fail with one verdict and one origin: a hundred failures of one origin are one line.
 struct FailureGroup {
   std::string verdict;
-  std::string origin;              ///< "all cases of a3, no others, from frame 1 on"
+  std::string origin;              ///< "all cases of a3, from frame 1 on"
   std::vector<const Json*> cases;  ///< of results.json, the scene with fewest bodies first
 
-  /// "27 cases, simulation changed: all cases of a3, no others, from frame 1 on; simplest: pendulum.a3".
+  /// "27 cases, simulation changed: all cases of a3, from frame 1 on; simplest: pendulum.a3".
   std::string line() const;
 };
 

@@ -50,7 +50,7 @@ struct JunitSuite {
     const bool bad_images = !passes && !images.empty() && (!images_pass || poses_pass);
     // A case that does not pass fails at least one of the two.
     const bool bad_poses = !passes && (!poses_pass || !bad_images);
-    // The first test has the case's time: the sum is what the check took.
+    // The first test has the case's time, so that the suite's time is the sum over cases.
     add_half("poses", time, bad_poses ? "failure" : "", "meaning");
     if (!images.empty()) add_half("images", 0, bad_images ? "failure" : "", "meaning");
   }

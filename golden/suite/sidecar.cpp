@@ -119,7 +119,7 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
   for (const char* key : {"renderer", "compiler", "processor"}) {
     const auto here_value = mine.at(key).get<std::string>();
     const std::string golden = sidecar.made_with.value(key, std::string());
-    // Skip the renderer where the suite has no pictures.
+    // Skip equal values, and the renderer of a suite without pictures.
     if (golden == here_value || here_value.empty()) continue;
     text +=
         fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, golden, here_value);

@@ -67,7 +67,7 @@ class Reader : private TomlValues {
   }
 
  private:
-  /// Returns a number of at least 0. Settings have narrower ranges, which check(Settings) knows.
+  /// Returns a number that is at least 0.
   double number(const toml::node& node, std::string_view key) const {
     const auto value = node.is_number() ? node.value<double>() : std::nullopt;
     if (!value || !(*value >= 0 && *value < 1e300))

@@ -80,7 +80,8 @@ struct SuiteCase {
   std::filesystem::path sidecar;       ///< provenance of the goldens
   std::filesystem::path image_file(int frame) const;
 
-  /// Returns `settings` with the scene's step and sub-steps, where the suite does not set them.
+  /// Returns `settings` with the scene's step, sub-steps, iterations and joints where the suite does not set
+  /// them.
   Settings settings_for(const Scene& of_case) const;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The commands of render, one file each. A callback throws Error for bad input (exit code 2) and
-/// CLI::RuntimeError(1) where the answer is no: a run diverged.
+/// The commands of render, one file each. A callback throws Error for bad input, which ends the program with
+/// code 2.
 
 #include <CLI/CLI.hpp>
 

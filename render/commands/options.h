@@ -18,7 +18,9 @@ namespace substep::render {
 /// Returns nothing where the text is no finite number.
 std::optional<double> finite_number_in(std::string_view text);
 
-/// Reads "one-column", "two-columns" or millimetres, in mm. Throws Error, which names --width.
+/// Returns the width, in mm, of "one-column", "two-columns" or a number of millimetres. Throws Error, which
+/// names
+/// --width.
 double print_width_in(const std::string& text);
 
 /// The typed panels and times of a film or a player.
@@ -33,7 +35,7 @@ struct ComparisonOptions {
   void add_to(CLI::App& command);
   /// Adds the options of solving, of panels and of time.
   void add_settings_to(CLI::App& command);
-  /// Adds the options of panels alone.
+  /// Adds the options of panels, of the reference and of threads.
   void add_panels_to(CLI::App& command);
 
   /// Returns the typed panels, or A1 to A5 and the reference. Warns of the cost of A1. Throws Error.

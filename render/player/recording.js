@@ -52,7 +52,7 @@ function texturesOf(gltf, material) {
   });
 }
 
-/** Returns a material as the uniforms that LOOKS declares. */
+/** Returns a material's uniforms, which LOOKS declares, its textures and whether it is blended. */
 function lookOf(gltf, material) {
   const {baseColorFactor, metallicFactor, roughnessFactor} = material.pbrMetallicRoughness;
   const {KHR_materials_unlit: unlit, KHR_materials_emissive_strength: strong} = material.extensions || {};
@@ -103,7 +103,7 @@ async function modelsFrom(bytes) {
   return {meshes, nodes: gltf.nodes, images};
 }
 
-/** Returns the page's data with `tracks` (a panel's poses), `meshes`, the mesh of each body, and `images`. */
+/** Returns the page's data with each panel's poses in `tracks`, `meshes`, `images`, and each body's mesh. */
 async function readRecording() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const bytes = await embeddedBytes();
@@ -123,7 +123,7 @@ async function readRecording() {
   return data;
 }
 
-/** Returns seven numbers of a body at frame k of a track, or at its last frame. */
+/** Returns the seven numbers of a body's pose at frame k of a track, or at its last. */
 function poseAt(data, track, k, body) {
   const frame = Math.max(0, Math.min(k, track.frames - 1));
   const start = (frame * data.bodies.length + body) * 7;

@@ -1,4 +1,5 @@
-// The strips below the pictures: errors, joints' gaps or energies over time, on one scale in all panels, as in the films.
+// The strips below the pictures: error, joint gap, energy, depth or the expected quantity over time, on one scale in all
+// panels, as in the films.
 
 const STRIP = {grid: '#343c48', bright: '#ecf0f5', quiet: '#929caa', alarm: '#ff5c69', surface: '#181d25'};
 const FONT = "'DejaVu Sans', Verdana, system-ui, sans-serif";

@@ -19,13 +19,13 @@
 namespace substep::report {
 namespace {
 
-/// Returns a stability limit: "n = 4", "m = 5", "h/8", "n > 64".
+/// Returns a stability limit: "n = 4", "m = 5", "n > 64", "h", "h/8" or "below h/64".
 std::string limit_text(const SweepRecord& record) {
   const StabilityLimit& limit = *record.limit;
   const bool divides_step = record.settings.algorithm < Algorithm::a3;
   const char* const count = record.settings.algorithm == Algorithm::avbd ? "m" : "n";
   if (limit.divisions == 0)
-    return divides_step ? fmt::format("h < h/{}", limit.most) : fmt::format("{} > {}", count, limit.most);
+    return divides_step ? fmt::format("below h/{}", limit.most) : fmt::format("{} > {}", count, limit.most);
   if (!divides_step) return fmt::format("{} = {}", count, limit.divisions);
   return limit.divisions == 1 ? "h" : fmt::format("h/{}", limit.divisions);
 }
@@ -37,14 +37,15 @@ std::vector<RunFamily> own_families(const std::vector<SweepRecord>& records) {
   return families;
 }
 
-/// Returns the run of each family of ours whose row solves come closest to those of A3 to A5 with 16
-/// sub-steps (or the most below), and are not more.
+/// Returns the run of each family of ours with the most row solves, up to 1.05 times those of A3 to A5 with
+/// 16 sub-steps (or with the most below 16).
 std::vector<std::pair<std::string, SweepRecord>> at_equal_rows(const std::vector<SweepRecord>& own) {
   const std::vector<RunFamily> families = own_families(own);
   std::int64_t most = 0;
   for (const RunFamily& family : families) {
     for (const SweepRecord& run : family.runs) {
-      if (run.settings.algorithm >= Algorithm::a3 && run.settings.substeps <= 16)
+      const Settings& s = run.settings;
+      if (s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm) && s.substeps <= 16)
         most = std::max(most, run.metrics->row_solves);
     }
   }
@@ -212,7 +213,7 @@ TextTable sliding_table(const std::vector<SweepRecord>& records) {
       for (const auto& [title, run] : runs) {
         if (i >= run.metrics->expected.size()) continue;
         const double error = run.metrics->expected[i].measured / known.expected - 1;
-        largest = std::max(largest, std::isfinite(error) ? std::abs(error) : 0);
+        largest = std::max(largest, std::isfinite(error) ? std::abs(error) : INFINITY);
         cell(table, row, title) = !std::isfinite(error)    ? "never"
                                   : std::abs(error) < 1e-9 ? "exact"
                                                            : fmt::format("{:+.2g} %", 100 * error);
@@ -238,7 +239,7 @@ TextTable springs_table() {
   }
   for (std::size_t i = 0; i < maps[0].size(); ++i) {
     const StiffnessPoint& point = maps[0][i];
-    // Leave out stiffer springs, which have no energy left.
+    // Keep steps of 1/60 s and springs that have energy left.
     if (std::abs(point.step * 60 - 1) > 1e-9 || point.stiffness > 1e4) continue;
     const double angle = point.step * std::sqrt(point.stiffness);
     std::vector<std::string> row{short_number(point.stiffness), short_number(angle)};
@@ -284,7 +285,7 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
   std::set<std::pair<std::string, std::string>> shown;
   for (const BadFigure& worst : figures) {
     const ExpectedFigure& x = worst.figure;
-    // Give the algorithms that miss the same figure of a scene one line, of the worst
+    // Give one line to all algorithms that miss a figure, with the numbers of the worst
     if (!shown.emplace(worst.scene, x.name).second) continue;
     std::vector<std::string_view> algorithms;
     int bad = 0;

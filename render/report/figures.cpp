@@ -46,15 +46,16 @@ std::vector<ReportFigure> all_figures() {
       {"size", "CPU time against the length of a chain", false, false, size_sheet},
       {"descendants-rows", "the report's algorithms beside Soft Step, XPBD and AVBD, by rows solved", true,
        true, descendants(Cost::rows)},
-      {"descendants-time", "the same by CPU time", false, true, descendants(Cost::time)},
+      {"descendants-time", "the report's algorithms beside Soft Step, XPBD and AVBD, by CPU time", false,
+       true, descendants(Cost::time)},
       {"warm-start", "what a warm start of A5 is worth", true, true, warm_start_sheet},
-      {"needed-substeps", "mass ratio against the sub-steps that hold it, of all", true, false,
-       needed_substeps_sheet},
+      {"needed-substeps", "mass ratio against the sub-steps that hold it, for A1 to A5 and later algorithms",
+       true, false, needed_substeps_sheet},
       {"avbd-stability", "AVBD over mass scale and β", true, false, avbd_stability_sheet},
       {"soft-rows", "τ and κ beside frequency and damping ratio", true, false, soft_rows_sheet}};
 }
 
-/// Returns the finite numbers with three digits: "value", or "least to most" of several.
+/// Returns the value with three digits, or "least to most" of several; "–" of none.
 std::string range_text(const std::vector<double>& values) {
   if (values.empty()) return "–";
   const auto [least, most] = std::ranges::minmax(values);

@@ -172,8 +172,10 @@ std::vector<std::string> names_of(const std::vector<fs::path>& scenes) {
   std::vector<std::string> names;
   for (const fs::path& scene : scenes) {
     const std::string name = scene.stem().string();
-    if (std::ranges::find(names, name) != names.end() || name == "index.html")
-      throw Error("{}: another scene has the name {}: give one of them", scene.string(), name);
+    if (name == "index.html")
+      throw Error("{}: the site has the name index.html: rename the file", scene.string());
+    if (std::ranges::find(names, name) != names.end())
+      throw Error("{}: another scene has the name {}: rename one of the files", scene.string(), name);
     names.push_back(name);
   }
   return names;

@@ -18,6 +18,8 @@ struct SiteSettings {
   bool films = false;  ///< besides players; minutes each
   double frame_rate = 30;
   double speed = 1;
+  // All three functions must be set.
+
   /// Returns the runs that are compared in a scene. Throws Error.
   std::function<ComparisonSettings(const Scene&)> comparison;
   /// Receives the current task and the fraction done.

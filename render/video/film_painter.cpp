@@ -164,19 +164,21 @@ void paint_frames(const Film& film, int width, int height, int every,
   std::vector<std::promise<Image>> frames(static_cast<std::size_t>(count));
   std::mutex mutex;
   std::condition_variable changed;
-  int next = 0;   // to paint
-  int taken = 0;  // number of frames
+  int next = 0;   // the first frame that no worker has
+  int taken = 0;  // number of frames that `take` has received
   // Return the next frame, once it is at most a few after the last one taken; `count` at the end
   const auto claim = [&] {
     std::unique_lock lock(mutex);
     changed.wait(lock, [&] { return next >= count || next < taken + 4 * threads; });
     return std::min(next++, count);
   };
+  // Set `next` or `taken`, and wake the workers that wait for it
   const auto set = [&](int& number, int value) {
     const std::lock_guard lock(mutex);
     number = value;
     changed.notify_all();
   };
+  // Paint frames until there are no more
   const auto work = [&] {
     Painter paint;
     for (int k = claim(); k < count; k = claim()) {
@@ -190,8 +192,8 @@ void paint_frames(const Film& film, int width, int height, int every,
     }
   };
   std::vector<std::jthread> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(work);
   try {
+    for (int i = 0; i < threads; ++i) workers.emplace_back(work);
     for (int k = 0; k < count; ++k) {
       take(k, frames[static_cast<std::size_t>(k)].get_future().get());
       set(taken, k + 1);

@@ -20,7 +20,7 @@ struct PanelChoice {
   std::filesystem::path log;  ///< a finished run: a pose log or table
   std::string author;         ///< name of another program that wrote the log; else empty
   std::string title;          ///< typed; empty: the settings that differ from other panels
-  int shade = 0;              ///< of its colour: the number of earlier panels with the same colour
+  int shade = 0;              ///< number of earlier panels with the same colour
 };
 
 /// Returns panels of A1 to A5 with these settings, and of the reference. A2 gets n·m iterations: as many row
@@ -29,8 +29,8 @@ std::vector<PanelChoice> default_panels(const Settings& settings);
 
 /// Reads a typed panel: "a5,n=4,joints=stable", "bullet-si", "log:run.csv" or "reference", each with
 /// ",title=…" at its end; "bullet" is the first engine whose name begins so. Settings have the names of
-/// settings_fields.h or of labels: "substeps" or "n". `settings` has the others; A2, AVBD and engines get n·m
-/// iterations, as many as A3 to A5 spend. Throws Error.
+/// settings_fields.h or of labels: "substeps" or "n". `settings` holds the settings that `text` omits.
+/// A2, AVBD and engines get n·m iterations, the row solves of A3 to A5. Throws Error.
 PanelChoice panel_in(const std::string& text, const Settings& settings);
 
 struct PanelFile {

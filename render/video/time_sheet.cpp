@@ -159,6 +159,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   std::map<int, Renderer> renderers;
   for (std::size_t run = 0; run < runs; ++run) {
     pictures.width = grid.width_of(run);
+    if (renderers.contains(pictures.width)) continue;
     renderers.try_emplace(pictures.width, seen_by(settings.camera, scene), pictures, shown);
   }
   for (std::size_t column = 0; column < frames.size(); ++column) {

@@ -29,7 +29,7 @@ struct VideoSettings {
   std::filesystem::path output;                 ///< the film: .mp4, .webm, .gif or .apng
   std::optional<std::filesystem::path> frames;  ///< a folder for PNG files, instead of the film
   std::optional<std::filesystem::path> poster;  ///< one frame, PNG
-  std::optional<double> poster_time;            ///< of that frame, s
+  std::optional<double> poster_time;            ///< time of the poster, s
   std::optional<std::filesystem::path> loop;    ///< a small film for a page, GIF, below 2 MB
   int threads = 2;                              ///< the result is the same for any number
   /// Receives the current task and the fraction done; may be empty.

@@ -155,8 +155,8 @@ GltfBuilder euler_disk() {
                            96),
                     finish::basalt}});
 
-  // The disk's lowest point lies towards +X. It turns about the diameter through that point, which keeps its
-  // centre at rest.
+  // The disk's lowest point lies towards +X. Its angular velocity is along the diameter through that point,
+  // so that its centre rests.
   const auto [sine, cosine] = sine_cosine(tilt);
   const double round = std::sqrt(4 * gravity / (radius * sine));
   const Mesh profile = rod(thickness, radius, 0.003, 96);

@@ -47,7 +47,7 @@ class Crates {
   int crate_;
 };
 
-/// Returns a row of studs, one for each zero of a mass, on the +Z side of a body.
+/// Returns a row of `count` studs at z = `side`.
 Mesh studs(int count, double pitch, double side, double size) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {

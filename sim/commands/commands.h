@@ -1,6 +1,6 @@
 #pragma once
-/// The commands of sim, one file each. A callback throws Error for bad input (exit code 2) and
-/// CLI::RuntimeError(1) where the answer is no: a run diverged.
+/// The commands of sim. A callback throws Error for bad input (exit code 2), and CLI::RuntimeError(1) where a
+/// run diverged, a problem was not solved or a reference could not be made.
 
 #include <CLI/CLI.hpp>
 
@@ -11,7 +11,7 @@ void add_info_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_mlcp_command(CLI::App& app);
-/// To the command report.
+// Commands below `report`:
 void add_claims_command(CLI::App& report);
 void add_published_command(CLI::App& report);
 

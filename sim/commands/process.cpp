@@ -40,9 +40,9 @@ void end_by(int signal) noexcept {
   ::kill(::getpid(), signal);
 }
 
-extern "C" void substep_interrupted(int signal) {
+extern "C" void substep_ended_by_signal(int signal) {
   remove_partial_files();
-  // Whoever read a closed pipe has gone, and wants to hear no more.
+  // Print nothing where the reader of a pipe has gone.
   if (signal != SIGPIPE) say("substep: interrupted: what was not finished is removed\n");
   end_by(signal);
 }
@@ -81,7 +81,7 @@ void prepare_process() {
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
   }
   std::signal(SIGXFSZ, SIG_IGN);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_interrupted, false);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_ended_by_signal, false);
   // An overflowing stack has no room for a handler.
   static std::array<char, 1 << 16> stack;
   stack_t own{};

@@ -64,10 +64,8 @@ class RunSummary {
         "deepest penetration {:.3g} m, largest joint gap {:.3g} m, largest rise of the energy above the "
         "start's {:.3g} J\n",
         metrics_.penetration, metrics_.joint_gap, metrics_.energy_growth);
-    if (unsolved_ > 0 || diverged) {
-      fmt::print("{} of {} steps not solved{}\n", unsolved_, steps,
-                 diverged ? ", and the next one diverged" : "");
-    }
+    if (unsolved_ > 0) fmt::print("{} of {} steps not solved\n", unsolved_, steps);
+    if (diverged) fmt::print("step {} diverged\n", steps + 1);
     if (least_squares_ > 0) {
       fmt::print(
           "{} of {} steps solved in the least-squares sense: up to {} rows contradict one another, by up "
@@ -76,8 +74,8 @@ class RunSummary {
     }
   }
 
-  /// Prints warnings, except `doubt`, the one that was printed before the run. Returns the errors and the
-  /// run's end as text; empty if the run is good.
+  /// Prints warnings, except `doubt`, which was printed before the run. Returns the errors, and the run's end
+  /// unless it is "ok".
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);

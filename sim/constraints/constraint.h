@@ -18,13 +18,14 @@
 
 namespace substep {
 
-/// J of one row between bodies a and b.
+/// J of one row between bodies a and b; angular parts in the bodies' frames.
 struct Jacobian {
   Vector3 linear;     ///< ₜJ of body a; that of b is −linear
   Vector3 angular_a;  ///< ᵣJ
   Vector3 angular_b;
 };
 
+/// One constraint row, with its limits, bias and impulse.
 struct Row : Jacobian {
   Vector3 response_a;  ///< ᵣM⁻¹ᵣJᵀ
   Vector3 response_b;

@@ -49,10 +49,12 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
     row_count += rows_of_patch;
     manifolds_.push_back(manifold);
   };
+  // Add the kept patches
   for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
     const PatchShape& shape = shapes[i];
     add_patch({.a = shape.a, .b = shape.b, .colliders = std::minmax(shape.collider_a, shape.collider_b)}, i);
   }
+  // Cut the contacts into manifolds, and make a patch of a manifold where possible
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
     const Contact& contact = contacts[begin];
     const bool has_friction = contact.friction != 0;
@@ -79,6 +81,7 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
     row_count += (has_friction ? 3 : 1) * manifold.contacts;
     manifolds_.push_back(manifold);
   }
+  // Sort by distance, far ones first
   measure_distances(model);
   for (Manifold& manifold : manifolds_) {
     manifold.distance = std::min(distance_[manifold.a], distance_[manifold.b]);
@@ -160,11 +163,12 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   batches.push_back(x);
 }
 
-/// Adds the batches of manifolds at one distance. They are cut into as many runs as there are lanes, in the
-/// order of the file, and a batch takes the next of each run, so that neighbours, which share a body, follow
-/// each other. Half of the runs go backwards: a sweep goes from the ends of a row of boxes to its middle, and
-/// at the next distance from the middle to the ends. No side of the row is always first, so a pyramid of 465
-/// boxes moves by 21 mm; if all runs go forwards, it moves by 52 mm.
+/// Adds the batches of manifolds at one distance. They are cut into four runs (fewer where a run would have
+/// less than two manifolds), in the order of the file, and a batch takes the next of each run, so that
+/// neighbours, which share a body, follow each other. The third and fourth run go opposite to the first two:
+/// a sweep goes from the ends of a row of boxes to its middle, and at the next distance from the middle to
+/// the ends. No side of the row is always first, so a pyramid of 465 boxes moves by 21 mm; if all runs go
+/// forwards, it moves by 52 mm.
 void ContactBatches::add_batches(const Model& model, const std::vector<Contact>& contacts, std::size_t begin,
                                  std::size_t end) {
   const std::size_t count = end - begin;
@@ -212,6 +216,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   shapes.swap(kept);
   formulations = 0;
   const bool has_points = !contacts.empty();
+  // Reuse the last batches where both steps have the same patches and no points
   if (!has_points && had_no_points_ && have_shapes_of_batches()) {
     slides.assign(batches.size(), 0);
     return;
@@ -246,7 +251,7 @@ void ContactBatches::reserve(const Model& model, std::size_t most) {
               shapes_of_batches_, patches, patch_corners, position_of_, in_order_);
   couplings.reserve(8 * most);
   partners_.reserve(2 * most);
-  begin_.reserve(most + 1);
+  begin_.reserve(model.masses.size() + 1);
   reached_.reserve(model.masses.size());
 }
 

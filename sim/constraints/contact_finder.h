@@ -70,7 +70,7 @@ class ContactFinder {
 
   /// Returns the time in [0, duration] from which the contacts of the last find() are incomplete: other
   /// bodies meet by the motion from `begin` to `end` and would overlap by more than `tolerated_overlap`.
-  /// Nothing where they are complete.
+  /// Nothing where they are complete. `begin`: the coordinates of the last find().
   std::optional<double> missed(const std::vector<Coordinates>& begin, const std::vector<Coordinates>& end,
                                double duration);
 

@@ -141,6 +141,7 @@ SUBSTEP_KERNEL void start_friction(const Four<Contact>& contact, FrictionRows& r
   rows.origin_normal = rows.slides = all(0);
 }
 
+/// Formulates the rows along the two tangents.
 SUBSTEP_KERNEL void formulate_friction(const ContactBatch& x, const BatchBodies& at,
                                        const Four<Contact>& contact, const PointArms& arms,
                                        const Direction* tangent, const Formulation& from,

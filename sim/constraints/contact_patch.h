@@ -3,8 +3,8 @@
 ///
 /// A patch is a manifold whose points lie in one plane and share one normal. Its normals' impulses are one
 /// wrench at the points' centre: a force along the normal and torques about the tangents. Its friction is one
-/// block of three: two tangents and the twist about the normal. README.md derives the cone of the normals and
-/// both laws of friction. A patch that begins to slide remains on the ellipsoid for the step.
+/// block of three: two tangents and the twist about the normal. README.md describes the cone of the normals
+/// and both laws of friction. A patch that begins to slide remains on the ellipsoid for the step.
 
 #include <optional>
 

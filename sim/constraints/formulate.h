@@ -31,6 +31,7 @@ struct WarmStart {
   double contact_scale = 1;
 };
 
+/// The contacts of a problem that has none.
 inline const std::vector<Contact> no_contacts;
 
 /// Data of one scene that is stepped, and its rows.

@@ -1,7 +1,7 @@
 #pragma once
-/// Operations on the lanes of contact_batch.h, and the data that its kernels share. How wide vectors are
-/// handed on depends on the instruction set, so all functions are inlined into kernels, which are compiled
-/// with and without four-wide instructions (four_wide.h).
+/// Operations on the lanes of contact_batch.h, and the data that its kernels share. The
+/// calling convention of wide vectors depends on the instruction set, so that all functions are inlined into
+/// kernels, which are compiled with and without four-wide instructions (four_wide.h).
 
 #include <algorithm>
 #include <array>
@@ -109,6 +109,7 @@ SUBSTEP_KERNEL BodyVelocities gather(const std::vector<Velocity>& v, const std::
     TwoDoubles pair[lanes];
     for (int lane = 0; lane < lanes; ++lane)
       std::memcpy(&pair[lane], v[body[lane]].linear.data() + 2 * k, sizeof(TwoDoubles));
+    // Transpose pairs of lanes 0 and 2, then of 1 and 3, into a vector for each component
     const Lanes even = __builtin_shufflevector(pair[0], pair[2], 0, 1, 2, 3);
     const Lanes odd = __builtin_shufflevector(pair[1], pair[3], 0, 1, 2, 3);
     component[2 * k] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
@@ -158,7 +159,7 @@ using Four = std::array<const Item*, lanes>;
 
 /// Returns the i-th contact of each manifold, or its last one where it has fewer.
 SUBSTEP_KERNEL Four<Contact> contacts_of(const ContactBatch& x, int i, const std::vector<Contact>& found) {
-  const auto of_lane = [&](int lane) {
+  const auto of_lane = [&](int lane) __attribute__((always_inline)) {
     return &found[x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1)];
   };
   return {of_lane(0), of_lane(1), of_lane(2), of_lane(3)};
@@ -172,7 +173,9 @@ SUBSTEP_KERNEL LaneVectors gather(const Four<Item>& of, Vector3 Item::*member) {
 /// Returns a number of each item: a member, or what a function returns. True is 1.
 template <typename Item, typename Value>
 SUBSTEP_KERNEL Lanes gather(const Four<Item>& of, const Value& value) {
-  const auto of_lane = [&](int lane) { return static_cast<double>(std::invoke(value, *of[lane])); };
+  const auto of_lane = [&](int lane) __attribute__((always_inline)) {
+    return static_cast<double>(std::invoke(value, *of[lane]));
+  };
   return Lanes{of_lane(0), of_lane(1), of_lane(2), of_lane(3)};
 }
 
@@ -241,8 +244,7 @@ SUBSTEP_KERNEL BatchBodies bodies_of(const ContactBatch& x, const Formulation& f
   return at;
 }
 
-/// Kinds of kernels. In an unscaled one κ, τ and ω are 1 and left out, and nobody requests the largest
-/// change.
+/// Kinds of kernels. Unscaled ones omit κ = τ = ω = 1 and do not compute the largest change.
 enum class KernelKind { unscaled, general };
 
 template <KernelKind kind>
@@ -258,8 +260,8 @@ struct KernelData {
   PointRows rows;
 };
 
-/// Scales down the impulses that were stored when the point or patch last slid, where the normal impulse is
-/// now below the stored one, in proportion.
+/// Scales the impulses of the last slip down by the ratio of the normal impulses, now and then, where the
+/// normal impulse fell.
 template <typename Friction>
 SUBSTEP_KERNEL void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;

@@ -4,7 +4,8 @@
 //
 // | step    | what                                                                        | in the paper       |
 // |---------|-----------------------------------------------------------------------------|--------------------|
-// | predict | inertial coordinates; forces decay by α γ, penalties by γ                    | (2), (19)          |
+// | rows    | forces decay by α γ, penalties by γ                                         | (19)               |
+// | predict | inertial coordinates                                                        | (2)                |
 // | primal  | body by body: 6 × 6 system of inertia and all its penalties, Δq = −H⁻¹ ∇E    | (4) to (6), (13),  |
 // |         | with the geometric stiffness of ball joints as a diagonal                    | (17), section 3.5  |
 // | dual    | λ ← clamp(λ − k C); k grows by β |C| where the force is within its limits    | (11), (16)         |
@@ -52,9 +53,14 @@ double start_value(double value, bool is_one_sided, double alpha) {
 /// Returns a joint's row, formulated at the step's start, as a constraint.
 AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
                double penalty) {
-  AvbdRow result{
-      row,         -h * row.beta, settings.alpha * gamma * force, decayed(penalty), infinity, settings.beta,
-      row.low / h, row.high / h};
+  AvbdRow result{.j = row,
+                 .value = -h * row.beta,
+                 .force = settings.alpha * gamma * force,
+                 .penalty = decayed(penalty),
+                 .stiffness = infinity,
+                 .growth = settings.beta,
+                 .low = row.low / h,
+                 .high = row.high / h};
   if (row.linear.isZero(0)) result.growth *= angular_growth;
   if (row.softness > 0) {  // λ h softness = β − J v: springs and dampers keep their stiffness
     result.force = 0;
@@ -98,7 +104,8 @@ void list_blocks(std::size_t bodies, AvbdWork& work) {
   }
 }
 
-/// Updates J of a block's rows to the current coordinates and returns C, which is linearised for contacts.
+/// Updates J of a block's rows to the current coordinates and returns C, which is linearised for contacts,
+/// springs and drives.
 Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, AvbdWork& work,
                const AvbdBlock& x) {
   Impulse value{};
@@ -118,7 +125,7 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
     }
     // row.value is −α C of the step's start, the part of C that the step leaves uncorrected
     const Row& now = c.rows[c.blocks[x.joint].first + k];
-    row.j = now;
+    row.j = static_cast<const Jacobian&>(now);
     value[k] = row.value - h * now.beta;
   }
   return value;

@@ -3,7 +3,7 @@
 //
 // | step                 | A3                        | here                                                   |
 // |----------------------|---------------------------|--------------------------------------------------------|
-// | warm start           | λ = 0 in each sub-step    | λ of the last sub-step, in the first of the last step  |
+// | warm start           | λ = 0 in each sub-step    | λ of the sub-step before, also of the last step        |
 // | solve with bias      | J(κ v + M⁻¹Jᵀλ) = τ β     | the same with κ, τ from a frequency and a damping      |
 // |                      |                           | ratio, less a fraction of the accumulated λ            |
 // | relax                | –                         | a sweep without bias after the coordinates have moved  |
@@ -186,7 +186,7 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
   const Model& model = *problem.model;
   Constraints& c = problem.c;
   const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), soft_joint_damping, hs);
-  c.limits_of = 1;
+  c.limits_of = 1;  // impulses have the limits of one sub-step
   prepare_points(settings, problem, v_local, hs, points);
   for (int j = 1; j <= n; ++j) {
     // Integrate the velocities

@@ -14,12 +14,13 @@ namespace substep {
 class BlockFactor {
  public:
   /// Takes the pattern: `count` diagonal blocks and those of the pairs (row, column), of which none is given
-  /// twice. Swaps pairs whose block is the transposed one.
+  /// twice. Swaps row and column of a pair whose transposed block is stored.
   void analyse(int count, std::vector<std::pair<int, int>>& pairs);
 
   /// Sets all blocks to zero.
   void clear();
   Matrix3& diagonal(int i) { return diagonal_[position_[i]]; }
+  /// Returns the block of a pair, in the order that analyse() left.
   Matrix3& block(int pair) { return lower_[edge_of_pair_[pair]]; }
 
   /// Factors the blocks that were set. Returns false where a pivot is not above `least` times its element of

@@ -13,16 +13,16 @@ namespace {
 /// Least pivot over its diagonal. A row with a smaller one is redundant up to rounding and drift; the general
 /// solver then solves the problem. The least in our scenes is 1e-4: a chain of rods with 1000 kg at its end.
 constexpr double least_pivot = MlcpSolver::rank_tolerance;
-/// ε of loops. A round leaves ε/(σ + ε) of a right side along an eigenvector of Γ with eigenvalue σ. It
-/// changes impulses of redundant rows by 1/ε of their contradiction: Bricard's linkage swings to 4 % with
-/// 1e-7; 1e-9 stops it.
+/// ε of loops. A round leaves ε/(σ + ε) of a right side along an eigenvector of Γ with eigenvalue σ, and
+/// changes impulses of redundant rows by 1/ε of their contradiction: the period of Bricard's linkage is 4 %
+/// off with 1e-7; with 1e-9 the linkage stops.
 constexpr double shift_of_loops = 1e-6;
 /// ε after `rounds_until_slow` rounds, for rows that are nearly redundant, as in a flat net.
 constexpr double shift_of_slow_loops = 1e-8;
 constexpr int rounds_until_slow = 3;
 constexpr double accurate = 1e-12;  // residual; ten rods with 1000 kg at their end: 1e-13 without refinement
 constexpr int most_refinements = 3;
-constexpr int most_idle_rounds = 12;
+constexpr int most_idle_rounds = 12;  // that reduce the residual by less than a tenth
 constexpr int group_size = 3;
 
 /// Sets of connected bodies, as a union-find.
@@ -98,6 +98,7 @@ void JointSolver::analyse(const Mlcp& problem) {
   }
   has_loops_ = has_loops(problem);
 
+  // List the products: two groups that share a body add to one block beside the diagonal
   std::map<std::pair<int, int>, int> number_of;
   std::vector<std::pair<int, int>> pairs;
   products_.clear();
@@ -112,6 +113,7 @@ void JointSolver::analyse(const Mlcp& problem) {
     }
   }
   factor_.analyse(static_cast<int>(groups_.size()), pairs);
+  // Turn the products to the way in which the factor stores their blocks
   for (Product& product : products_) {
     if (pairs[product.pair].first == product.row) continue;
     std::swap(product.row, product.column);
@@ -241,6 +243,7 @@ bool JointSolver::solve_loops(const Mlcp& problem, MlcpReport& report) {
     report.row_solves += static_cast<std::int64_t>(rows_);
     const double before = report.residual;
     const double now = residual(problem);
+    // Keep the best iterate
     idle = now < 0.9 * before ? 0 : idle + 1;
     if (now < before) {
       report.residual = now;
@@ -255,6 +258,7 @@ bool JointSolver::solve_loops(const Mlcp& problem, MlcpReport& report) {
       report.contradicting = violated(problem);
       return true;
     }
+    // Factor again with a smaller ε where convergence is slow
     if (is_slow || round < rounds_until_slow || now < 0.5 * before) continue;
     is_slow = true;
     ++report.active_sets;
@@ -283,7 +287,6 @@ bool JointSolver::solve(const Mlcp& problem, std::vector<double>& lambda, MlcpRe
   }
   for (std::vector<Vector3>* values : {&multipliers_, &left_, &step_})
     values->assign(groups_.size(), Vector3::Zero());
-  step_y_ = y_;
   for_each_row([&](std::size_t group, int k, int i) { left_[group][k] = problem.rows[i].right; });
   report.active_sets = 1;
   if (!(has_loops_ ? solve_loops(problem, report) : solve_tree(problem, report))) return false;

@@ -75,9 +75,10 @@ struct MlcpReport {
     unsolved,  ///< no solution to `tolerance` found; perhaps friction has none
   };
   Status status = Status::solved;
-  /// Largest natural residual |λ − clamp(λ − w/Γ_xx)| √Γ_xx over the rows, relative to the largest
-  /// |b|/√Γ_xx: has no unit, and does not change with mass, length or time. A pair of friction rows has one,
-  /// with the nearest point of its disc in place of clamp, and the larger eigenvalue of its block as Γ_xx.
+  /// Largest natural residual |λ − clamp(λ − w/(Γ_xx + S_xx))| √Γ_xx over the rows, relative to the
+  /// largest |b|/√Γ_xx: has no unit, and does not change with mass, length or time. A pair of friction rows
+  /// has one, with the nearest point of its disc in place of clamp, and the larger eigenvalue of its block as
+  /// Γ_xx.
   double residual = 0;
   int contradicting = 0;        ///< rows with a larger residual than `tolerance`, where not solved
   int active_sets = 0;          ///< active sets tried
@@ -95,9 +96,9 @@ struct MlcpReport {
 /// λ_n): this is Newton's method on the disc's law. The direction follows λ − w/Γ_xx from set to set, like
 /// the signs.
 ///
-/// The residual that moves of the centre leave lies in directions in which Γ is nearly zero. The moves
-/// end where these are below `rank_tolerance` and of rows without limits. Further moves would drive impulses
-/// apart, and in the end velocities: they would stop a closed loop for 1e-6 of a right side.
+/// The residual that moves of the centre leave lies in directions in which Γ is nearly zero. The moves end
+/// when it is redundant to `rank_tolerance` and no row with limits has a part in it. Further moves would
+/// drive impulses apart, and in the end velocities: they would stop a closed loop for 1e-6 of a right side.
 ///
 /// ε is small at first. The active sets start from the guess of λ, then from all rows free, as in scenes at
 /// rest. An interior point method solves problems without a guess, as at a scene's start: its impulses are in
@@ -197,8 +198,8 @@ class MlcpSolver {
   virtual void solve_free();
 
   // mlcp_interior.cpp
-  /// A row, or a contact's normal and its friction, strictly within its limits: λ and w over the rows' roots
-  /// of Γ_xx and the largest right side. The products of λ's distances and their multipliers go to zero
+  /// A row, or a contact's normal and its friction, strictly within its limits: λ √Γ_xx and w/√Γ_xx,
+  /// both over `scale_`. The products of λ's distances and their multipliers go to zero
   /// together, and so does that of (μλ_n, λ_t) and (`speed`, w_t), which stay in their cones.
   struct Unit {
     std::array<int, 3> row{};  ///< normal and friction; −1: none

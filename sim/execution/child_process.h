@@ -25,6 +25,7 @@ class TemporaryFile {
   int descriptor_ = -1;
 };
 
+/// A started program, which the destructor kills unless its end is known.
 class ChildProcess {
  public:
   static constexpr int inherited = -1;  ///< the stream is this program's own

@@ -98,7 +98,7 @@ Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
   if (polytope.half_box) return around(pose.position, rotation.cwiseAbs() * *polytope.half_box);
   if (polytope.ellipsoid)
     return around(pose.position, (rotation * polytope.ellipsoid->asDiagonal()).rowwise().norm());
-  Bounds result;
+  Bounds result(Vector3(rotation * polytope.vertices.front()));
   for (const Vector3& vertex : polytope.vertices) result.extend(rotation * vertex);
   return result.translate(pose.position);
 }

@@ -36,6 +36,7 @@ struct BoxFace : CutPolygon {
   }
 };
 
+// Reserved at a thread's first pair of boxes; later steps allocate nothing.
 thread_local BoxFace box_face;
 
 /// Removes corners beyond four that are no farther than `distance` from the line through those beside them,

@@ -26,12 +26,15 @@ class RevolvedSearch {
       : a_(a), b_(b), size_(std::min(2 * a.reach(), b.size)), margin_(margin), out_(out) {}
 
   void find() {
+    // Take the face of b that separates most
     for (std::uint32_t f = 0; f < b_.face_normals.size(); ++f) {
       const Vector3& n = b_.face_normals[f];
       const double separation = -a_.height(-n) - b_.face_offsets[f];
       if (separation >= margin_) return;
       if (separation > face_.separation) face_ = {{separation, n}, true, f};
     }
+    // Try the discs of a, the normals of neighbours, the arcs of b's edges, and the closest points of
+    // vertices
     if (!a_.is_ball_ended && !search_discs()) return;
     for (const Vector3& n : b_.around) {
       if (!consider(n, no_index, true)) return;
@@ -54,7 +57,7 @@ class RevolvedSearch {
     std::uint32_t vertex = 0;
     const double separation = -a_.height(-n) - b_.height(n, vertex);
     if (separation <= edge_.separation) return true;
-    // The directions of an edge are those in which it pushes.
+    // Directions of arcs and neighbours need no test; others count where the facets push along them.
     if (arc == no_index && !of_neighbour && !b_.pushes(n, vertex)) return true;
     edge_ = {{separation, n}, arc, of_neighbour};
     return separation < margin_;
@@ -78,23 +81,23 @@ class RevolvedSearch {
 
   /// Searches an edge's arc for the best direction.
   bool search_arc(std::uint32_t i) {
-    if (!a_.has_side || a_.sine == 0) return search_half(i, 0, 1);
-    // Halve the arc where it looks most along the axis: it can pass the directions of a slanting side on both
-    // sides of that.
+    if (!a_.has_side || a_.sine == 0) return search_split(i, 0, 1);
+    // Split the arc at the direction closest to the axis: on each side of it the arc can cross the directions
+    // of the slanting side once.
     const Facets::Arc& arc = b_.arcs[i];
     const double cosine = arc.first.dot(arc.last);
     const double along_first = a_.axis.dot(arc.first);
     const double along_last = a_.axis.dot(arc.last);
     const double of_first = along_first - cosine * along_last;
     const double of_last = along_last - cosine * along_first;
-    if (of_first * of_last <= 0) return search_half(i, 0, 1);
+    if (of_first * of_last <= 0) return search_split(i, 0, 1);
     const double most = of_last / (of_first + of_last);
-    return search_half(i, 0, most) && search_half(i, most, 1);
+    return search_split(i, 0, most) && search_split(i, most, 1);
   }
 
-  /// Searches part of an arc, and each side of the direction in which the line along a's side is farthest by
-  /// itself: the separation has a corner there.
-  bool search_half(std::uint32_t i, double low, double high) {
+  /// Searches part of an arc, split where the whole line of a's side is farthest: the separation has a corner
+  /// there.
+  bool search_split(std::uint32_t i, double low, double high) {
     if (!a_.has_side) return search_part(i, low, high);
     const Facets::Arc& arc = b_.arcs[i];
     const auto over_side = [&](double part) {
@@ -120,6 +123,7 @@ class RevolvedSearch {
       const double from = low + (high - low) * k / pieces;
       const double to = low + (high - low) * (k + 1) / pieces;
       const Vector3 middle = between(arc.first, arc.last, (from + to) / 2);
+      // The end of a that is lowest along the arc, and +1 where along × n points from first to last.
       const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
       const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
       // Derivative of the separation along the arc.
@@ -161,8 +165,8 @@ class RevolvedSearch {
       manifold.add(end_disc(a_, static_cast<int>(face_.face)),
                    b_.polygon(b_.face_at(vertex, face_.normal), polygon_memory));
     }
-    // Where the lowest point is cut away, this is not the face at which the two meet. A mesh's triangle may
-    // meet the rest of a elsewhere.
+    // Reject the face where clipping removed the lowest point. Keep all contacts of a mesh's triangle, since
+    // its neighbour may have that point.
     return manifold.keep_if_below(b_.mesh ? infinity : face_.separation + preference(face_.separation));
   }
 

@@ -1,5 +1,5 @@
-// Contacts of two convex polytopes: separating axes, then the clipped face or the crossing edges. One file of
-// over 400 lines, since the search for axes, clipping and closest features share placements and memory.
+// Contacts of two convex polytopes: separating axes, then the clipped face or the crossing edges. One file,
+// since the search for axes, clipping and closest features share placements and memory.
 //
 // The search works in the frame of one of the two, so that the digits do not depend on the distance of the
 // pair from the origin.
@@ -307,7 +307,7 @@ class PolytopePair {
   PolytopeEdgeAxis edge_;
 };
 
-/// The vertices, edges and faces of a placed polytope that reach into the slab before a plane.
+/// The vertices and edges of a placed polytope that reach into the slab before a plane.
 class Slab {
  public:
   Slab(const Polytope& polytope, const Placement& placement, const Vector3& axis, double depth)
@@ -326,7 +326,8 @@ class Slab {
     }
   }
 
-  /// Calls `use(vertex, its foot)` for each vertex in the slab of this one over each face of `other`.
+  /// Calls `use(vertex, foot)` for each vertex of this slab and each face of `other` above which it lies; the
+  /// foot is its projection.
   template <class Use>
   void for_each_vertex_over(const Slab& other, Use use) const {
     for (std::uint32_t v = 0; v < polytope_.vertices.size(); ++v) {

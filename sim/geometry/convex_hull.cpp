@@ -105,6 +105,7 @@ std::vector<Triangle> hull_facets(std::vector<double>& coordinates) {
                                   command, nullptr, messages);
   std::vector<Triangle> result;
   if (status == 0) {
+    result.reserve(static_cast<std::size_t>(qh->num_facets));
     facetT* facet = nullptr;
     FORALLfacets {
       std::size_t count = 0;

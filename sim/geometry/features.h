@@ -175,7 +175,7 @@ std::size_t planar_hull(std::span<const Point> points, double tolerance, Point* 
   return size - 1;  // without the first point, which is added twice
 }
 
-/// The face over which another shape is separated most; of a box, the axis of the face.
+/// A face and the separation of another shape from it, m. Of a box `face` is the axis, 0 to 2.
 struct FaceAxis {
   double separation = -infinity;
   std::uint32_t face = 0;

@@ -1,7 +1,5 @@
 #include "sim/geometry/triangle_mesh.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>

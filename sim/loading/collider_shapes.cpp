@@ -175,18 +175,19 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
       !std::ranges::all_of(given, [](const Vector3& p) { return p.allFinite(); })) {
     return {convex_hull(given, what), {}};
   }
+  // Set `full`, and return whether it is small enough
   Polytope full;
-  const auto is_full_hull_small = [&](std::span<const Vector3> points) {
+  const auto make_full_hull = [&](std::span<const Vector3> points) {
     full = convex_hull(points, what);
     return full.vertices.size() <= most_vertices;
   };
   const std::vector<Vector3> points = distinct(given);
-  if (points.size() <= most_for_full_hull && is_full_hull_small(points)) return {full, {}};
+  if (points.size() <= most_for_full_hull && make_full_hull(points)) return {std::move(full), {}};
   std::vector<std::size_t> chosen = outermost(points, most_vertices);
   // Make the full hull if few points are outermost: most points are then inside, where they cost little.
   if (chosen.size() <= most_vertices / 2 && points.size() <= 8 * most_for_full_hull &&
-      is_full_hull_small(points)) {
-    return {full, {}};
+      make_full_hull(points)) {
+    return {std::move(full), {}};
   }
 
   SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
@@ -202,7 +203,7 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
   const bool is_tried = chosen.size() == points.size();
   if (chosen.size() <= most_for_full_hull && !is_tried) {
     std::ranges::sort(chosen);
-    if (is_full_hull_small(chosen_points(points, chosen))) return {full, {}};
+    if (make_full_hull(chosen_points(points, chosen))) return {std::move(full), {}};
   }
   result.warning = fmt::format(
       "its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",

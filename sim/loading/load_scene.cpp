@@ -56,7 +56,7 @@ Scene scene_of_plain_gltf(GltfDocument& document, const MeshOptions& options) {
   return scene;
 }
 
-/// Calls `load` in the floating-point environment of files.
+/// Calls `load` with the default rounding of floating-point numbers. Throws Error where memory runs out.
 template <typename Load>
 auto loaded(const std::filesystem::path& file, const Load& load) {
   const DefaultFloatingPoint environment;

@@ -38,8 +38,8 @@ class PartialFile {
   int slot_ = -1;  ///< in the list of remove_partial_files(); −1: none
 };
 
-/// Registers a child process that writes to a partial file. remove_partial_files() ends the process before it
-/// removes the file, which the process could create again.
+/// The registration of a child process that writes to a partial file. remove_partial_files() ends the process
+/// before it removes the file, which the process could create again.
 class PartialFileWriter {
  public:
   explicit PartialFileWriter(pid_t process);

@@ -14,7 +14,7 @@
 ///     modelled …
 ///     body 1 crate                        index, name; 0 is the world and is not logged
 ///     full-every 10
-///     frame 0 f00dfeed12345678            state hash: coordinates and velocities
+///     frame 0 f00dfeed12345678            hash of the state (hash() of state.h)
 ///     pose 1 0 0.5 0 1 0 0 0              body, x y z (m, centre of mass, world), w x y z (body → world)
 ///     frame 1 …
 ///     end ok 300                          the last frame
@@ -50,7 +50,7 @@ struct PoseLog {
   /// Name of the other program that made the run; only the step of the settings is then known.
   std::string author;
   Settings settings;
-  std::string modelled;
+  std::string modelled;             ///< parts of the model that the scene needs: Simulation::modelled()
   std::vector<std::string> bodies;  ///< names; bodies[0] is the world
   int full_every = 1;               ///< frame k has poses where k is a multiple; the last frame always has
   std::vector<Frame> frames;        ///< frame k is the state after k steps

@@ -27,7 +27,8 @@ struct Metrics {
   MotionDifference error;
   ErrorParts parts;
   /// One (sub-)step against A1's solution of the same constraints from the same state: mass-weighted
-  /// difference of velocities, m/s; at up to 60 of the run's states. Where τ is not 1, A1's bias is another.
+  /// difference of velocities, m/s; at up to 60 of the run's states. A1 has τ = 1: with another τ
+  /// the difference of biases is part of it.
   Spread residual;
   std::int64_t row_solves = 0;
 
@@ -68,7 +69,7 @@ bool stands(const Scene& scene, const ReferenceMotion& reference);
 struct Violation {
   enum class Severity {
     warning,    ///< printed; an error with --strict
-    unbounded,  ///< the same, and the run is not bounded
+    unbounded,  ///< a warning, and the run counts as not bounded
     torn,       ///< always an error: a joint gap larger than the scene
   };
   std::string text;  ///< "joint gap 0.56 m, above 0.05 m"
@@ -83,7 +84,7 @@ bool is_driven(const Scene& scene);
 /// those of the start.
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 
-/// Returns these and violations by the settings: see doubt_about_substeps() and Metrics::summed_turn.
+/// Returns the violations of a run and those by its settings: doubt_about_substeps(), Metrics::summed_turn.
 std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics);
 
 }  // namespace substep

@@ -74,6 +74,7 @@ struct Agreement {
   std::vector<Uncertainty> distances;  ///< the largest until each sample, the first included
   int divergence_point = world_body;   ///< after the last: the body that is then furthest apart
 
+  /// Returns the last sample until which they agree; 0 also where none does.
   std::size_t samples() const { return distances.empty() ? 0 : distances.size() - 1; }
   Uncertainty largest() const { return distances.empty() ? Uncertainty{} : distances.back(); }
 };
@@ -94,7 +95,7 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
 
 /// Returns the larger uncertainty at each instant of `one`; `other` may end earlier.
 std::vector<Uncertainty> larger_of(std::vector<Uncertainty> one, const std::vector<Uncertainty>& other) {
-  for (std::size_t k = 0; k < one.size(); ++k)
+  for (std::size_t k = 0; k < one.size() && !other.empty(); ++k)
     one[k] = larger_of(one[k], other[std::min(k, other.size() - 1)]);
   return one;
 }

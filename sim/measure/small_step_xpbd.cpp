@@ -5,8 +5,6 @@
 /// Written from these papers, for chains on ball joints that swing in the plane z = 0, to compare A3 with: it
 /// shares nothing with the solver.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

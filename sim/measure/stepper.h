@@ -1,7 +1,7 @@
 #pragma once
 /// The interface of simulations that can be measured: a stepper moves the bodies of a scene from step to
-/// step. Our algorithms and other physics engines implement it. Also measures CPU times of runs and of the
-/// stages of their steps.
+/// step. Our algorithms and other physics engines implement it. The header also declares functions that
+/// measure CPU times of runs and of the stages of their steps.
 
 #include <cstdint>
 #include <functional>
@@ -40,7 +40,7 @@ using MakeStepper = std::function<std::unique_ptr<Stepper>(const Scene& scene, c
 /// Makes a stepper that plays given states; step() returns false at the last.
 std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states);
 
-/// Makes a stepper of one of A1 to A5.
+/// Makes a stepper of `settings.algorithm`.
 std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& settings);
 
 /// Makes a stepper of reference_integrator.cpp. `order` 4: the classical Runge–Kutta method; other even

@@ -1,7 +1,5 @@
 #include "sim/measure/substep_map.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -16,7 +16,7 @@ int count(const Axes& axes) {
   return axes[0] + axes[1] + axes[2];
 }
 
-/// Returns the first axis that is in the set, or is not.
+/// Returns the first axis that is in the set or, without `is_in`, the first that is not.
 int first(const Axes& axes, bool is_in) {
   return axes[0] == is_in ? 0 : axes[1] == is_in ? 1 : 2;
 }

@@ -31,8 +31,8 @@ inline bool moves(const BodyMass& mass) {
   return mass.inverse_mass > 0 || mass.inverse_inertia.maxCoeff() > 0;
 }
 
-/// The two attachment frames of a joint. As in the extension, coordinates are those of the connected node (a)
-/// in the frame of the joint's node (b): its axes are what limits and drives refer to.
+/// The two attachment frames of a joint. As in KHR_physics_rigid_bodies, a is the connected node's body and b
+/// the joint node's. Coordinates are those of a's frame in b's, along whose axes limits and drives act.
 struct Attachment {
   int a;         ///< the body of the connected node
   int b;         ///< the body of the joint's node
@@ -92,8 +92,8 @@ struct Drive {
   bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
-/// A contact point that s1 finds for the whole step, in body frames. The normal and the tangents are fixed in
-/// b, which is the static body where there is one.
+/// A contact point that the contact search finds for the whole step, in body frames. The normal and the
+/// tangents are fixed in b, which is the static body where there is one.
 struct Contact {
   int a;
   int b;

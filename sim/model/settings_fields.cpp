@@ -195,8 +195,7 @@ void set_typed(Settings& settings, const TypedSettings& typed,
 
 std::string settings_help() {
   std::string text =
-      "Settings of solving. --algorithm, --step and --substeps are options of their own; "
-      R"(all can be given in
+      R"(Settings of solving. --algorithm, --step and --substeps are options of their own; all can be given in
 --set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels of films and
 players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a slash; in other
 numbers a slash is a fraction: step=1/60.

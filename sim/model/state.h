@@ -16,7 +16,8 @@ struct Coordinates {
   Quaternion angular = Quaternion::Identity();
 };
 
-/// v of one body. Linear: of the centre of mass, world. Angular: world (v) or, in A3–A5, body frame (v̆).
+/// v of one body. Linear: of the centre of mass, world. Angular: in the
+/// world (v), or in the body frame (v̆) in functions that take `v_local`.
 struct Velocity {
   Vector3 linear = Vector3::Zero();
   Vector3 angular = Vector3::Zero();
@@ -52,7 +53,7 @@ struct ContactImpulse {
 struct State {
   std::vector<Coordinates> q;
   std::vector<Velocity> v;
-  std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
+  std::vector<ContactMemory> contacts;  ///< sorted by colliders; not of A1
   std::vector<PatchShape> patches;      ///< A2 to A5
   /// Forces of the joints' rows in the last (sub-)step, from which warm starts continue, N or N·m; AVBD
   /// appends the rows' penalties. Empty without a warm start.
@@ -64,8 +65,8 @@ struct State {
 
 State initial_state(const Scene& scene);
 
-/// Returns the 64-bit FNV-1a of the bits of all coordinates and velocities but the world's, and of the
-/// contact cache; −0 counts as 0.
+/// Returns the 64-bit FNV-1a of the state's bits, without the world and `transverse_frequency`; −0 counts as
+/// 0.
 std::uint64_t hash(const State& state);
 
 /// Returns true if every number is finite; else sets `body` to the first body with one that is not.

@@ -34,19 +34,21 @@ enum class Reading {
   throughout,  ///< the value furthest from what is expected, from `from` to `to`
   at,          ///< the value at the time `from`
   mean,        ///< the mean from `from` to `to`
-  peak,        ///< the `count`-th maximum, before and after which the value is lower by tolerance/10 at least
-  crossing,    ///< the time, in s, at which the value passes `level` for the `count`-th time
-  stays,       ///< the time, in s, at which the value first passes `level`, or the run's end
+  peak,      ///< the `count`-th maximum, to which the value rises and from which it falls by tolerance/10 at
+             ///< least
+  crossing,  ///< the time, in s, at which the value passes `level` for the `count`-th time
+  stays,     ///< the time, in s, at which the value first passes `level`, or the run's end
 };
 
 /// The kind of comparison with the expected value.
 enum class Bound { equal, at_most, at_least };
 
+/// The expected value of one number of a run.
 struct Expectation {
   std::string name;    ///< in words: "ball_4: height of bounce 2"
   std::string source;  ///< the closed form, or where the value was published
   Quantity quantity = Quantity::displacement;
-  std::vector<int> bodies;  ///< the value of that body counts which is furthest from the expected one
+  std::vector<int> bodies;  ///< the body whose value is furthest from the expected one counts
   int relative_to = 0;      ///< a body whose position, velocity or way is subtracted; 0 is the world
   Vector3 direction = Vector3::UnitY();  ///< unit; in the world, or in the body's node
   bool in_node = false;                  ///< `direction` turns with the body's node

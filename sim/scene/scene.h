@@ -175,7 +175,7 @@ struct Camera {
 struct Sun {
   Vector3 direction{-0.4, -1, -0.3};
   std::array<double, 3> color{1, 1, 1};  ///< linear RGB
-  double illuminance = 3;  ///< of a surface facing it; 1 is a white surface's full exposure × π
+  double illuminance = 3;                ///< of a surface facing it; π exposes a white surface fully
 };
 
 /// Any other light of a file.
@@ -207,7 +207,7 @@ struct Scene {
   Vector3 gravity{0, -9.81, 0};       ///< m/s²
   double duration = 5;                ///< s
   double step = 1.0 / 60;             ///< s, default of runs
-  int substeps = 10;                  ///< default n of A3 to A5, and iterations of A2
+  int substeps = 10;                  ///< default n of A3 to A5; of A2 see usual_settings.h
   std::optional<double> poster;       ///< s, the moment that shows the scene's point
   bool gyroscopic = true;             ///< unequal moments of inertia give a gyroscopic term
   std::vector<Expectation> expected;  ///< expectations of the motion
@@ -225,7 +225,7 @@ struct Scene {
   std::optional<Sun> sun;
   std::vector<Light> lights;  ///< without the sun; a scene with lights but no sun gets no default sun
 
-  std::vector<std::string> warnings;  ///< requests of the file that were replaced by something else
+  std::vector<std::string> warnings;  ///< ignored keys, replaced requests, suspicious values
 };
 
 }  // namespace substep

@@ -313,6 +313,7 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
     add_figures(job, first, figures);
     before = &job;
   }
+  std::erase_if(measurements, [](const PublishedMeasurement& m) { return m.figures.empty(); });
   std::ranges::stable_sort(measurements, {}, [](const PublishedMeasurement& m) { return m.is_met(); });
   return measurements;
 }

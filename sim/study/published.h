@@ -3,7 +3,7 @@
 ///
 ///     [[result]]
 ///     name = "P1 Kapla tower"
-///     scenes = ["published/kapla.gltf"]        # relative to the file; met where their expectations are
+///     scenes = ["published/kapla.gltf"]        # relative to the file; met if expectations hold
 ///     rule = "A1 and A5 stand at the default"  # in words, for the page
 ///     reported = [["RaiSim", "10 iterations", "25 steps"]]
 ///
@@ -81,8 +81,8 @@ struct PublishedOptions {
   std::function<void(double)> progress;  ///< receives the fraction that is done
 };
 
-/// Runs the scenes of the results, and leaves out results without a run. Throws Error where a scene cannot be
-/// used.
+/// Runs the scenes of the results, and leaves out results that have no run by `options`. Throws Error where a
+/// scene cannot be used.
 std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedResult>& results,
                                                     const PublishedOptions& options);
 

@@ -105,7 +105,8 @@ class Reader : private TomlValues {
         read_grid(*node.as_table(), std::string_view(kind) == "limit");
       }
     }
-    if (sweep_.jobs.empty()) throw Error("{}: has no [[grid]]", sweep_.file.string());
+    if (sweep_.jobs.empty())
+      throw Error("{}: has no [[grid]] or [[limit]] with a scene", sweep_.file.string());
     if (const auto* node = root.get("horizons")) read_horizons(*node);
     return std::move(sweep_);
   }
@@ -137,10 +138,12 @@ class Reader : private TomlValues {
       const std::vector<int> iterations = eighths_of(usual_settings(*scene, Algorithm::a2).iterations, 32);
       const std::vector<int> many = eighths_of(scene->substeps, 32);
       const std::vector<int> few = eighths_of(scene->substeps, 8);
+      // Refine the step of A1, the iterations of A2 and the sub-steps of A3 to A5
       add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
       add_grid({{scene}, {1}, iterations, {Algorithm::a2}, {}, {}}, false);
       add_grid({{scene}, {1}, {}, substepping, {}, {list_of("substeps", many)}}, false);
       if (!maps) continue;
+      // Map steps by sub-steps, and τ by κ
       add_grid({{scene}, {1, 2, 4, 8}, {}, mapped, {}, {list_of("substeps", few)}}, false);
       add_grid({{scene},
                 {1},
@@ -167,7 +170,7 @@ class Reader : private TomlValues {
   void read_horizons(const toml::node& node) {
     for (const auto& [key, value] : table_in(node, "horizons")) {
       const std::string name(key.str());
-      if (!sweep_.scenes.contains(name)) fail(value, fmt::format("'{}' is a scene of no grid", name));
+      if (!sweep_.scenes.contains(name)) fail(value, fmt::format("no grid has a scene '{}'", name));
       sweep_.horizons[name] = positive(value, name);
     }
   }
@@ -193,7 +196,7 @@ class Reader : private TomlValues {
       if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0)
         files.push_back(entry.path().lexically_normal());
     }
-    if (files.empty()) fail(node, fmt::format("no file is like '{}'", file.string()));
+    if (files.empty()) fail(node, fmt::format("no file matches '{}'", file.string()));
     std::ranges::sort(files);
     return files;
   }
@@ -228,7 +231,7 @@ class Reader : private TomlValues {
       grid.engines.push_back(text(*node, "engines"));
       if (grid.engines.back().empty() || grid.engines.back().find_first_not_of(
                                              "abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos) {
-        fail(*node, "'engines' must be of small letters, digits and -");
+        fail(*node, "'engines' must consist of lower-case letters, digits and -");
       }
     }
     const auto divisions = list(table, "divisions");
@@ -246,8 +249,10 @@ class Reader : private TomlValues {
       }
       if (!values.values.empty() && field.name != "iterations") grid.lists.push_back(std::move(values));
     }
-    if (table.get("scenes") == nullptr) fail(table, "a grid without 'scenes'");
-    if (grid.algorithms.empty() && grid.engines.empty()) fail(table, "a grid without 'algorithms'");
+    const char* const kind = is_limit ? "limit" : "grid";
+    if (table.get("scenes") == nullptr) fail(table, fmt::format("[[{}]] needs 'scenes'", kind));
+    if (grid.algorithms.empty() && grid.engines.empty())
+      fail(table, fmt::format("[[{}]] needs 'algorithms'{}", kind, is_limit ? "" : " or 'engines'"));
     for (const toml::node* const node : list(table, "scenes")) {
       for (const fs::path& file : files_of(*node, "scenes")) grid.scenes.push_back(&scene_of(*node, file));
     }

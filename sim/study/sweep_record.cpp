@@ -54,10 +54,13 @@ void require_possible(const SweepRecord& r, const Json& metrics) {
   not_negative("uncertainty", r.uncertainty);
   not_negative("turn_uncertainty", r.turn_uncertainty);
   for (const auto& [what, value] : metrics.items()) {
-    const bool can_be_negative = what == "energy_change" || what == "expected";
+    const bool can_be_negative = what == "energy_change";
     for (const Json& number : value.is_object() ? value : Json::array({value})) {
       if (number.is_number() && !can_be_negative) not_negative(what, number.get<double>());
     }
+    if (!value.is_object() || !value.contains("rms") || !value["largest"].is_number()) continue;
+    const auto largest = value["largest"].get<double>();
+    require(value["rms"].is_number() && largest >= value["rms"].get<double>() * (1 - 1e-9), what, largest);
   }
   if (r.times) {
     const RunTimes& t = *r.times;

@@ -5,8 +5,8 @@ film of 10,000 small frames, two processes that write the same outputs in one fo
     tests/endurance/endurance.py --program build/substep            # an hour and more
     tests/endurance/endurance.py --program build/substep --share 0.01
 
-`--share` makes all of it shorter. A long run must take no more memory than one of a hundredth of its length, but for what
-is stated here; its joints and its energy must stay within what is stated here. Prints a Markdown table; the code is 1 where
+`--share` makes all of it shorter. A long run must take no more memory than one of a hundredth of its length, but for
+MORE_MEMORY; its joints and its energy must stay within STATED. Piles are measured, not judged. Prints a Markdown table; the code is 1 where
 anything is outside.
 """
 
@@ -24,13 +24,14 @@ import time
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PARTS = ("steps", "piles", "film", "two")
 MORE_MEMORY = 4  # MB that a long run may take beyond a short one: what the allocator keeps
+MORE_MEMORY_OF_FILM = 32
 # Of 10⁷ steps by A3 at the scenes' 1/60 s: the gap at the pendulum's hinge (m), and energy above the start's (J).
 STATED = {"pendulum": (1e-4, 1e-3), "tumbling_body": (0.0, 1e-3)}
 
 
 def pile(count: int, shift: float) -> dict:
-    """glTF of unit boxes in layers of up to 20 x 20, each 1 cm above the last, every second one aside by `shift`. With half
-    a box all meet all; without there are columns, which is what A1 solves in less than hours."""
+    """glTF of unit boxes in layers of up to 20 x 20, each 1 cm above the last, every second one aside by `shift`. Half
+    a box of shift joins all boxes in one pile; without it there are columns, which A1 solves within hours."""
     physics = "KHR_physics_rigid_bodies"
 
     def node(name: str, shape: int, **also) -> dict:
@@ -121,7 +122,7 @@ def film(program: Program, table: Table, share: float) -> None:
              "--duration ")
     short = program.run(words + str(max(frames / 100, 10) / 30))[1]
     seconds, memory, _ = program.run(words + str(frames / 30))
-    table.add(f"a film of {frames} frames", seconds, f"{memory:.0f} ({memory - short:+.1f})", "", memory - short <= 8 * MORE_MEMORY)
+    table.add(f"a film of {frames} frames", seconds, f"{memory:.0f} ({memory - short:+.1f})", "", memory - short <= MORE_MEMORY_OF_FILM)
 
 
 def two(program: Program, table: Table, share: float) -> None:
@@ -160,7 +161,7 @@ def main() -> int:
         program = Program(arguments.program.resolve(), pathlib.Path(folder))
         for part in arguments.parts:
             {"steps": steps, "piles": piles, "film": film, "two": two}[part](program, table, arguments.share)
-    print(f"Measured {datetime.date.today().isoformat()}; in brackets what a run of a hundredth of the length takes less.\n")
+    print(f"Measured {datetime.date.today().isoformat()}; in brackets MB more than a short run; for piles KB a body.\n")
     print("| what | s | MB | |\n|---|---|---|---|\n" + "\n".join(table.rows))
     return int(table.wrong > 0)
 

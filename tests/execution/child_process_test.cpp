@@ -33,17 +33,26 @@ TEST(ChildProcess, ReceivesAddedEnvironment) {
 }
 
 TEST(ChildProcess, ReportsExitCodeOrSignal) {
-  EXPECT_FALSE(ChildProcess({"false"}, {}).succeeds());
-  EXPECT_FALSE(ChildProcess({"sh", "-c", "kill -9 $$"}, {}).succeeds());
+  ChildProcess failing({"false"}, {});
+  EXPECT_FALSE(failing.succeeds());
+  EXPECT_EQ(failing.exit_code(), 1);
+  ChildProcess killed({"sh", "-c", "kill -9 $$"}, {});
+  EXPECT_FALSE(killed.succeeds());
+  EXPECT_EQ(killed.exit_code(), -SIGKILL);
 }
 
 TEST(ChildProcess, ThrowsForMissingProgram) {
   EXPECT_THROW(ChildProcess({"substep-no-such-program"}, {}), std::system_error);
 }
 
-TEST(ChildProcess, EndsWithItsParent) {
-  // The program would wait for ever, and this test with it.
-  const ChildProcess process({"sleep", "infinity"}, {});
+TEST(ChildProcess, DestructorKillsProgram) {
+  pid_t id = 0;
+  {
+    const ChildProcess process({"sleep", "infinity"}, {});
+    id = process.id();
+    EXPECT_EQ(::kill(id, 0), 0);
+  }
+  EXPECT_EQ(::kill(id, 0), -1);
 }
 
 }  // namespace

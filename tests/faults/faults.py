@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Commands under faults: a limit of files' sizes, a full disk, a read-only folder, a closed pipe, little memory, no ffmpeg
+"""Commands under faults: a limit on file sizes, a full disk, a read-only folder, a closed pipe, little memory, no ffmpeg
 or one that dies, SIGINT, SIGTERM and SIGKILL at seeded moments.
 
     tests/faults/faults.py --program build/substep --moments 50 --sizes 5 --seed 1
 
-After each fault every file must be what it was before or what an undisturbed run makes, none may be hidden and partial
-(but after SIGKILL), no process may be left, and the exit code and one line must say what happened. Then the same command
+After each fault every file must be what it was before or what an undisturbed run makes, no hidden partial file may remain
+(except after SIGKILL), no process may be left, and the exit code and one line must say what happened. Then the same command
 runs undisturbed in the same folder and must leave all that it would have left in a fresh one. Prints a Markdown table; the
-code is 1 where anything is wrong. The full disk needs root's right to mount, and is left out and said without.
+code is 1 where anything is wrong. Without root's right to mount, the full disk is left out and the report says so.
 """
 
 import argparse
@@ -54,7 +54,7 @@ COMMANDS = {
     "frames": (FILM + " --output frame.png", 0),
     "sweep": ("sweep sweep.toml --output sweep", 0),
     "report": ("report sweep.toml --output report", 0),
-    "check": ("check", 1),
+    "check": ("check", 1),  # Bench.prepare() changes a scene
     "approve": ("approve --failed --reason other", 0),
     "export": ("export pendulum.gltf --duration 20 --output run.glb", 0),
     "reference": ("measure pendulum.gltf --duration 5 --reference reference.csv", 0),
@@ -65,9 +65,9 @@ COMMANDS = {
 @dataclasses.dataclass
 class Ending:
     code: int
-    said: list[str]  # lines on standard error
+    messages: list[str]  # lines on standard error
     seconds: float
-    begun: bool = True  # a signal found its handler; before it, nothing is there to say or to remove
+    handles_signal: bool = True  # before it does, the program has no message to print and no file to remove
 
 
 def snapshot(folder: pathlib.Path) -> dict[str, str]:
@@ -157,7 +157,8 @@ class Bench:
 
     def run(self, folder: pathlib.Path, moment: float | None = None, number: int = 0, group: bool = False,
             environment: dict | None = None, limits=None, closed: bool = False, user: int | None = None) -> Ending:
-        """Runs the command, and sends a signal after so many seconds, to its whole group as a terminal does."""
+        """Runs the command. Sends signal `number` after `moment` seconds if given; `group` sends it to the whole process group, as
+        a terminal does."""
         out = subprocess.DEVNULL
         if closed:
             reader, out = os.pipe()
@@ -169,27 +170,27 @@ class Bench:
                                        env={**os.environ, **(environment or {})})
         if closed:
             os.close(out)
-        begun = True
+        handles_signal = True
         if moment is not None:
             try:
                 process.wait(moment)
             except subprocess.TimeoutExpired:
-                begun = catches(process.pid, number)
+                handles_signal = catches(process.pid, number)
                 (os.killpg if group else os.kill)(process.pid, number)
         process.wait(600)
         lines = (self.work / "said").read_text(errors="replace").splitlines()
-        return Ending(process.returncode, lines, time.monotonic() - start, begun)
+        return Ending(process.returncode, lines, time.monotonic() - start, handles_signal)
 
-    def faults_of(self, folder: pathlib.Path, ending: Ending, codes: set[int], killed: bool) -> list[str]:
+    def errors_of(self, folder: pathlib.Path, ending: Ending, codes: set[int], killed: bool) -> list[str]:
         wrong = []
         if ending.code not in codes | {self.code}:
-            wrong.append(f"code {ending.code}: {' / '.join(ending.said)[-200:]}")
-        sentences = [line for line in ending.said if line.startswith("substep: ") and "note: " not in line and "warning: " not in line]
-        loader = len(ending.said) == 1 and "error while loading shared libraries" in ending.said[0]
+            wrong.append(f"code {ending.code}: {' / '.join(ending.messages)[-200:]}")
+        sentences = [line for line in ending.messages if line.startswith("substep: ") and "note: " not in line and "warning: " not in line]
+        loader = len(ending.messages) == 1 and "error while loading shared libraries" in ending.messages[0]
         silent = killed or ending.code in (self.code, -signal.SIGPIPE) or loader
-        cases = self.name == "check" and ending.code == self.code  # one that failed for itself says so for itself
-        if len(sentences) != (0 if silent else 1) and (ending.begun or sentences) and not cases:
-            wrong.append(f"code {ending.code} and {len(sentences)} lines that say why: {ending.said}")
+        cases = self.name == "check" and ending.code == self.code  # a case that cannot be checked prints a message of its own
+        if len(sentences) != (0 if silent else 1) and (ending.handles_signal or sentences) and not cases:
+            wrong.append(f"code {ending.code} and {len(sentences)} lines that say why: {ending.messages}")
         for _ in range(40):
             left = processes_in(folder)
             if not left:
@@ -199,24 +200,22 @@ class Bench:
         for path, digest in snapshot(folder).items():
             if re.search(r"(^|/)\.[^/]*\.partial(/|$)", path):
                 wrong += [] if killed else [f"left behind: {path}"]
-            elif digest in (self.old.get(path), self.new.get(path)) or path.startswith("film_frames/"):
-                pass  # frames in place of a film are what there is without ffmpeg
-            elif path.endswith(".approval"):
-                pass  # approve's journal, from which the next check or approve goes on
+            elif digest in (self.old.get(path), self.new.get(path)):
+                pass
             elif VOLATILE.fullmatch(pathlib.Path(path).name):
                 wrong += [f"broken: {path}"] if broken(folder / path) else []
             elif path.split("/")[0] != "out":  # what a check shows is read by its results.json alone
                 wrong.append(f"neither old nor whole: {path}")
         return wrong
 
-    def resumed(self, folder: pathlib.Path) -> list[str]:
+    def errors_after_rerun(self, folder: pathlib.Path) -> list[str]:
         if self.name == "approve":
             # What was approved is seen by the next check, and the rest is still to be approved.
             if subprocess.run([self.program, "check"], cwd=folder, capture_output=True, check=False).returncode == 0:
                 return self.differs(folder)
         ending = self.run(folder)
         if ending.code != self.code:
-            return [f"then, undisturbed: code {ending.code}: {' / '.join(ending.said)[-200:]}"]
+            return [f"then, undisturbed: code {ending.code}: {' / '.join(ending.messages)[-200:]}"]
         return self.differs(folder)
 
     def differs(self, folder: pathlib.Path) -> list[str]:
@@ -224,20 +223,20 @@ class Bench:
         wrong = [f"then, undisturbed: left behind: {path}" for path in now if ".partial" in path]
         for path in sorted(set(self.new) | set(now)):
             name = pathlib.Path(path).name
-            if path.startswith("film_frames/") or ".partial" in path or (VOLATILE.fullmatch(name) and path in now) or path.startswith("out/"):
+            if ".partial" in path or (VOLATILE.fullmatch(name) and path in now) or path.startswith("out/"):
                 continue
             if now.get(path) != self.new.get(path):
                 wrong.append(f"then, undisturbed: {path} is not what a fresh run makes")
         return wrong
 
-    def tried(self, moment_of: random.Random, fault: str) -> tuple[str, list[str]]:
+    def try_fault(self, chooser: random.Random, fault: str) -> tuple[str, list[str]]:
         """Returns whether the fault stopped the command, and what is wrong."""
         folder = self.work / "here"
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.before, folder)
-        ending, codes, killed = FAULTS[fault](self, folder, moment_of)
-        wrong = self.faults_of(folder, ending, codes, killed)
-        wrong += self.resumed(folder) if not wrong else []
+        ending, codes, killed = FAULTS[fault](self, folder, chooser)
+        wrong = self.errors_of(folder, ending, codes, killed)
+        wrong += self.errors_after_rerun(folder) if not wrong else []
         return ("done" if ending.code == self.code else "stopped"), wrong
 
 
@@ -312,6 +311,7 @@ def signalled(number: int):
 FAULTS = {"files' size limited": size_limit, "full disk": full_disk, "read-only folder": read_only,
           "closed pipe": closed_pipe, "memory limited": memory_limit, "no ffmpeg": no_ffmpeg, "ffmpeg dies": dying_ffmpeg,
           "SIGINT": signalled(signal.SIGINT), "SIGTERM": signalled(signal.SIGTERM), "SIGKILL": signalled(signal.SIGKILL)}
+# Faults without a random size or moment: one try is enough.
 ONCE = ("read-only folder", "closed pipe", "no ffmpeg")
 
 
@@ -349,15 +349,15 @@ def main() -> int:
                 signals = [f for f in FAULTS if f.startswith("SIG")]
                 moments = range(signals.index(fault), arguments.moments, 3) if fault in signals else range(arguments.sizes)
                 for k in moments[:1] if fault in ONCE else moments:
-                    came, found = bench.tried(random.Random(f"{arguments.seed} {name} {fault} {k}"), fault)
+                    came, found = bench.try_fault(random.Random(f"{arguments.seed} {name} {fault} {k}"), fault)
                     counts[came] += 1
                     bad += bool(found)
                     is_good = is_good and not found
                     for line in found:
                         print(f"{name}, {fault}, try {k}: {line}", file=sys.stderr, flush=True)
                 cells.append(f"{counts['stopped']} + {counts['done']}" + (f", **{bad} wrong**" if bad else ""))
-    print(f"Measured {datetime.date.today().isoformat()}, seed {arguments.seed}: tries that were stopped + that were done all "
-          "the same.\n")
+    print(f"Measured {datetime.date.today().isoformat()}, seed {arguments.seed}: stopped tries + tries that finished despite "
+          "the fault.\n")
     print("| fault | " + " | ".join(arguments.commands) + " |\n|---" + "|---" * len(arguments.commands) + "|")
     for fault, cells in rows.items():
         print(f"| {fault} | " + " | ".join(cells) + " |")

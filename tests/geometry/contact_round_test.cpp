@@ -15,7 +15,7 @@ using test::contacts;
 using test::turn;
 using test::upright;
 
-TEST(RoundContacts, EnclosingBallDecides) {
+TEST(RoundContacts, TaperedCapsuleAroundBallEqualsBall) {
   // A tapered capsule with one ball within the other equals the larger ball, at either end.
   const Polytope brick = box({1, 0.6, 0.8});
   std::mt19937 random(3);
@@ -38,7 +38,7 @@ TEST(RoundContacts, EnclosingBallDecides) {
 }
 
 TEST(RoundContacts, LyingCylinderKeepsHeight) {
-  // The contacts' depth follows from the radius alone, at each angle of rolling and turning.
+  // The contacts' depth follows from the radius alone, at each angle of rolling.
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
   const TriangleMesh floor = test::flat_mesh(16, 0.7, 0.3);
@@ -60,8 +60,9 @@ TEST(RoundContacts, LyingCylinderKeepsHeight) {
 }
 
 TEST(RoundContacts, TiltedDiscTouchesAtLowestPoint) {
-  // The rim's lowest point is r sin(tilt) below the centre, at each turn of the disc. A disc parallel to 1e-5
-  // keeps the contacts on its own axes, one of which is within 22.5° of the lowest point.
+  // The rim's lowest point is r sin(tilt) + h/2 cos(tilt) below the centre, for each rotation about the
+  // disc's axis. A disc parallel to 1e-5 keeps the contacts on its own axes, one of which is within 22.5° of
+  // the lowest point.
   const Cylinder disc = make_cylinder(0.02, 0.5, 0.5);
   for (const double tilt : {1e-6, 2e-5, 1e-3, 0.01, 0.1, 0.5, 0.7, 0.9, 1.4}) {
     const double most_off = tilt < 1e-5 ? 0.5 * tilt * (1 - std::cos(0.3927)) : 2e-15;  // measured 4e-16
@@ -75,7 +76,7 @@ TEST(RoundContacts, TiltedDiscTouchesAtLowestPoint) {
   }
 }
 
-TEST(RoundContacts, SlightTiltKeepsNumber) {
+TEST(RoundContacts, SlightTiltKeepsContactCount) {
   std::mt19937 random(3);
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
@@ -99,7 +100,7 @@ TEST(RoundContacts, SlightTiltKeepsNumber) {
 }
 
 TEST(RoundContacts, MeetingRimsTouchAtClosestPoints) {
-  // Two discs on edge, one across the other, meet with their rims alone, at a known point.
+  // Two discs are side by side, each tilted so that its rim's corner points at the other: only the rims meet.
   const Cylinder disc = make_cylinder(0.1, 0.5, 0.5);
   const double half = std::sqrt(0.5 * 0.5 + 0.05 * 0.05);
   // Each with its rim's corner towards the other along x.

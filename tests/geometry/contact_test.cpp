@@ -278,7 +278,7 @@ TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
 }
 
 TEST(Contacts, IgnorePositionOfPair) {
-  // 1 km away a metre has 1e-13 of rounding; contacts have no more.
+  // At 1 km coordinates are rounded to 1e-13 m; distances may differ by twenty times that.
   const Vector3 far(1000, -500, 700);
   const Quaternion yaw = turn(0.4, {0, 1, 0});
   for (const Resting& rest : resting_cases()) {
@@ -338,7 +338,7 @@ TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
     EXPECT_LT((point.normal - Vector3::UnitX()).norm(), 1e-15);
     EXPECT_NEAR(point.distance, -0.4, 1e-15);
   }
-  // Put it through two neighbouring sides near their edge: the edge's axis separates most.
+  // Put it through two neighbouring sides near their edge.
   const Quaternion slant = turn(pi / 4, {0, 0, 1});
   const auto edge =
       contacts(capsule, {{0.95, 0.95, 0}, turn(pi / 2, {0, 1, 0}) * turn(pi / 2, {0, 0, 1}) * slant}, solid,
@@ -376,8 +376,10 @@ TEST(Contacts, CornersTouchAtClosestPoints) {
     EXPECT_NEAR(points[0].distance, std::sqrt(3) * 0.01, 1e-15);
     EXPECT_LT((points[0].normal - Vector3(1, 1, 1).normalized()).norm(), 1e-12);
     EXPECT_TRUE(contacts(cube, {Vector3::Constant(1.0116), upright}, cube, {}, usual_margin).empty());
-    // Put the box beside an edge, nowhere above it: nothing supports it.
-    for (const ContactPoint& point : contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, usual_margin)) {
+    // Put the box diagonally beside an edge: the edges are nearest.
+    const auto beside = contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, usual_margin);
+    ASSERT_FALSE(beside.empty());
+    for (const ContactPoint& point : beside) {
       EXPECT_NEAR(point.distance, std::sqrt(2) * 0.005, 1e-15);
     }
     const auto of_spike = contacts(spike, {{0.505, 0.508, 0.1}, upright}, cube, {}, usual_margin);

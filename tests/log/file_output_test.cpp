@@ -52,7 +52,7 @@ TEST_F(FileOutput, KeepsOldFileWhenWritingFails) {
   EXPECT_EQ(file_count(), 1);
 }
 
-TEST_F(FileOutput, RefusesMissingFolderFirst) {
+TEST_F(FileOutput, RefusesMissingFolder) {
   EXPECT_THROW(require_folder_of(folder_ / "missing" / "a.txt"), Error);
   EXPECT_THROW(require_folder_of(folder_), Error);
   EXPECT_THROW(write_file(folder_ / "missing" / "a.txt", "x"), Error);

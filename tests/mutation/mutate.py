@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Wrong lines that the tests must notice: changes one operator, constant, sign, condition, boundary or statement at a
-seeded random line, compiles that one file beside a build, links the area's test programs with it one after the other,
-the quick and deadly first, and runs them; where all pass without goldens, `substep check`.
+"""Mutation test: changes one operator, constant, sign, condition, boundary or statement of a random line, recompiles that
+file, then relinks and runs one test program after another until one fails, the quick and deadly first; where all pass
+without goldens, `substep check`.
 
     tests/mutation/mutate.py --area sim --count 20 --seed 1
-    tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this one, by a part of its line
-    tests/mutation/mutate.py --table                                            # of all that were judged
+    tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this line
+    tests/mutation/mutate.py --table                                            # the table of all results
 
-Sources and build stay as they are, but for what a test reads of a measurement (MEASURED_FIRST), which the changed program makes and
-CTest makes anew. All runs at the lowest priority. What was judged stands in --results, so that a run that was stopped goes
-on. Prints a Markdown table by area and the survivors.
-`equivalent.txt` beside this file holds those that were judged to change nothing that can be seen, with the reason.
+Leaves sources and build unchanged, except for the files of MEASURED_FIRST: the mutated program writes them, and CTest
+rewrites them. All runs at the lowest priority. --results holds the verdicts, so that a stopped run goes on; equal lines of a
+file share a verdict. Prints a Markdown table by area and the survivors.
+`equivalent.txt` beside this file holds the changes that nothing can show, with the reason.
 """
 
 import argparse
@@ -40,10 +40,10 @@ TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("s
 SCRIPTS = {"golden": ("adoption_test.py",)}
 # The goldens notice a change without naming it.
 GOLDENS = ("golden_test",)
-# What is measured first, by the program, for tests that read it, as CTest's fixtures do; and of those tests, which only say that a
-# page shows something else.
+# The command and the files that a test reads, as CTest's fixtures make them; and the tests of a program that only compare a
+# page, which are left out.
 MEASURED_FIRST = {"claims_report_test": ("report claims", ("claims.md",))}
-OF_PAGES = {"claims_report_test": "ClaimsReport.MatchesThePage"}
+OF_PAGES = {"claims_report_test": "ClaimsReport.PageHasEachLine"}
 SWAPS = ((r"(?<=[\w\)\]]) \+ ", " - "), (r"(?<=[\w\)\]]) - ", " + "), (r" \* ", " / "), (r" / ", " * "),
          (r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "),
          (r" && ", " || "), (r" \|\| ", " && "), (r" \+= ", " -= "), (r" -= ", " += "), (r"\btrue\b", "false"),
@@ -123,7 +123,7 @@ def named(change: str) -> Mutant:
 
 
 def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
-    """Limits processor time, so that other load does not matter, and wall-clock time, so that a hang ends."""
+    """Returns whether the command succeeded within `seconds` of processor time. Ends it after thrice the wall-clock time."""
     limit = round(seconds)
 
     def begin() -> None:
@@ -142,8 +142,8 @@ def children_time() -> float:
 
 
 class Workshop:
-    """Has a build of its own, where each source is compiled alone, and replaces nothing in it but the program, while a test needs
-    that."""
+    """A build of its own, where each source is compiled alone, which judges mutants. It replaces only the program, while a test
+    runs it."""
 
     def __init__(self, build: pathlib.Path, results: pathlib.Path):
         self.build, self.results_file = build, results
@@ -198,7 +198,7 @@ class Workshop:
         return run(words, 600, self.build)
 
     def judge(self, mutant: Mutant, suite: bool) -> str:
-        """Returns one of: does not build, killed by NAME, killed by goldens, survived."""
+        """Returns "does not build", "killed by NAME", "killed by goldens", "survived" or, without goldens, "survived the tests"."""
         with tempfile.TemporaryDirectory() as folder:
             here = pathlib.Path(folder)
             lines = (TREE / mutant.file).read_text().split("\n")

@@ -12,7 +12,6 @@
 
 #include "program.h"
 #include "render/video/ffmpeg.h"
-#include "sim/error.h"
 #include "tests/error_message.h"
 
 namespace substep::render {
@@ -35,7 +34,7 @@ class Film : public Program {
   }
 };
 
-TEST_F(Film, IsLeftOutWhereFfmpegFails) {
+TEST_F(Film, KeepsOldFileWhereFfmpegFails) {
   const std::string cut = fmt::format(
       "{} \"$@\" || exit\nfor last; do :; done\n"
       "case $last in file:*) truncate -s -1000 \"${{last#file:}}\";; esac\n",

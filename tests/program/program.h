@@ -52,7 +52,7 @@ class Program : public testing::Test {
   std::filesystem::path folder_;
 };
 
-/// Returns a shell's word that stands for a text.
+/// Returns the text, quoted as one word of a shell.
 std::string quoted(const std::string& word);
 
 }  // namespace substep

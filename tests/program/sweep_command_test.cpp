@@ -102,16 +102,16 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   const std::string good = grid("pendulum.gltf", "algorithms = ['a3']");
   for (const auto& [text, part] :
        {std::pair(std::string(), "has no [[grid]]"),
-        {grid("pendulum.gltf", ""), "bad.toml:1: a grid without 'algorithms'"},
+        {grid("pendulum.gltf", ""), "bad.toml:1: [[grid]] needs 'algorithms' or 'engines'"},
         {grid("pendulum.gltf", "algorithms = ['a6']"), "bad.toml:3: entries of 'algorithms' must be"},
         {grid("nothing.gltf", "algorithms = ['a1']"), "nothing.gltf"},
         {good + "kappa = [3]\n", "kappa 3"},
         {good + "substeps = [0]\n", "bad.toml:4: substeps 0: must be from 1 to 100000"},
         {grid("pendulum.gltf", "algorithm = ['a3']"), "unknown key 'algorithm'"},
         {"properties = 1\n" + good, "bad.toml:1: 'properties' must be true or false"},
-        {"horizon = 1\n[horizons]\nmoon = 1\n" + good, "'moon' is a scene of no grid"},
-        {grid("moon_*.gltf", "algorithms = ['a1']"), "no file is like 'moon_*.gltf'"},
-        {grid("moon/*.gltf", "algorithms = ['a1']"), "no file is like 'moon/*.gltf'"}}) {
+        {"horizon = 1\n[horizons]\nmoon = 1\n" + good, "no grid has a scene 'moon'"},
+        {grid("moon_*.gltf", "algorithms = ['a1']"), "no file matches 'moon_*.gltf'"},
+        {grid("moon/*.gltf", "algorithms = ['a1']"), "no file matches 'moon/*.gltf'"}}) {
     write("bad.toml", text);
     refuses("sweep bad.toml --output bad", part);
   }

@@ -31,7 +31,7 @@ class SweepResults : public testing::Test {
     const std::string rod_chain = (scenes_folder() / "rod_chain.gltf").string();
     const std::string grid = fmt::format("[[grid]]\nscenes = [\"{}\", \"{}\"]\n",
                                          (scenes_folder() / "pendulum.gltf").string(), rod_chain);
-    // Tests run as processes beside one another, which all write this file: no one reads a half of it.
+    // Rename a file of this process: tests run in parallel, and none may read a partial file.
     const fs::path written = folder / fmt::format("small.{}", ::getpid());
     std::ofstream(written)
         << "horizon = 1\nmost = 32\n"
@@ -163,7 +163,7 @@ TEST_F(SweepResults, KeepThePageToItsOwnScenes) {
   for (const fs::directory_entry& entry : fs::directory_iterator(scenes_folder())) {
     const std::string name = entry.path().stem().string();
     const bool is_own = name == "pendulum" || name == "rod_chain";
-    const bool is_a_word = name == "overlap";
+    const bool is_a_word = name == "overlap";  // of the page, too
     if (entry.path().extension() != ".gltf" || is_own || is_a_word) continue;
     EXPECT_THAT(page, Not(HasSubstr(name)));
   }

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""The same bits, as a matrix: state hashes of every scene with every algorithm and treatment of joints, and hashes of the
-pixels of three frames each, from every compiler, level, processor, locale, rounding mode and order that is here, each
-compared with the first.
+"""Compares state hashes of every scene with each of A1 to A5 and treatment of joints, and hashes of the pixels of three frames
+each, over compilers, levels, processors, locales, rounding modes and orders of the scenes.
 
     tests/reproducibility/matrix.py --build DIR [--scenes NAME …]
 
 Builds pose_hashes and pixel_hashes in folders below DIR. Processors need Debian's qemu-user, locales the package
-locales-all; what is missing is left out and said. At -O0 and on an emulator all takes up to a hundred times as long: there,
-runs of many bodies end sooner (SLOW_BODY_STEPS). Prints a Markdown table; the code is 1 where any hash differs.
+locales-all; missing ones are reported as left out. At -O0 and on an emulator a run takes up to a hundred times as long:
+there, runs of many bodies end sooner (SLOW_BODY_STEPS). Prints a Markdown table; the code is 1 where any hash differs.
 """
 
 import argparse
@@ -32,7 +31,7 @@ ENTRIES = ("upward", "downward", "toward-zero", "flush-to-zero")
 
 @dataclasses.dataclass(frozen=True)
 class Programs:
-    """Returns the hashes of one build."""
+    """The two programs of one build that print hashes."""
     folder: pathlib.Path
 
     def hashes(self, scenes: list, before: tuple = (), options: tuple = (), environment: dict | None = None,
@@ -137,7 +136,7 @@ def main() -> int:
             table.add(f"{name}, {SLOW_BODY_STEPS} body-steps a run", programs.hashes(scenes, body_steps=SLOW_BODY_STEPS),
                       expected_of_few)
         else:
-            table.add(name, expected if programs == first else programs.hashes(scenes), expected)
+            table.add(f"{name} (baseline)" if programs == first else name, expected if programs == first else programs.hashes(scenes), expected)
     add_environments(table, first, expected)
     add_processors(table, first, expected_of_few)
     print(table.markdown())

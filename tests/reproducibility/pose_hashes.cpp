@@ -1,5 +1,6 @@
-// Prints a hash of the state of every scene with every algorithm after two seconds, or after BODY_STEPS moves
-// of one body by one step, whichever comes first: what must be the same for each compiler, level and machine.
+// Prints a hash of the state of every scene with each of A1 to A5 after two seconds, or after BODY_STEPS
+// moves of one body by one step, whichever comes first. Hashes are the same for each compiler, level and
+// machine.
 //
 //     pose_hashes [--entry MODE] BODY_STEPS SCENE.gltf …
 //

@@ -6,7 +6,6 @@
 
 #include <filesystem>
 
-#include "sim/error.h"
 #include "sim/math/base64.h"
 #include "tests/scene/example_scene.h"
 
@@ -17,8 +16,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using namespace test;
 
-/// Expects a refusal for each row: an edit of the example | words of the message | the place that the message
-/// names, unless that is the edit's own.
+/// Expects a refusal for each row: an edit of the example | words of the message | the JSON pointer that it
+/// names (without one: the edit's).
 void expect_refusals(const std::string& table) {
   for (const auto& row : rows(table)) {
     SCOPED_TRACE(row[0]);
@@ -203,7 +202,7 @@ TEST(Refusal, RefusesVerticesNotFinite) {
   }
 }
 
-TEST(Refusal, RefusesUrisOutsideFolder) {
+TEST(Refusal, RefusesBadUris) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path() / "inner");
   folder.write("outside.bin", cube_buffer());
@@ -288,7 +287,7 @@ class Glb : public testing::Test {
   std::string bytes_;
 };
 
-TEST_F(Glb, RefusesEveryTruncation) {
+TEST_F(Glb, RefusesTruncatedAndPaddedFiles) {
   for (std::size_t length = 1; length < bytes_.size(); length += length < 40 ? 1 : 97) {
     EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("scene.glb: ")) << length;
     EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("cut short")) << length;

@@ -1,4 +1,4 @@
-/// Tests what each part of a scene's file is loaded as.
+/// Tests how each part of a scene's file is loaded.
 /// One file, since all tests change one example.
 
 #include <fmt/format.h>
@@ -182,7 +182,7 @@ TEST(LoadScene, SubstepsFollowFromMassesAndLoops) {
   EXPECT_EQ(substeps(2, 100), 10);      // √(2·50)
   EXPECT_EQ(substeps(2, 102), 11);      // √102 = 10.0995…
   EXPECT_EQ(substeps(1000, 1), 45);     // √2000 = 44.7…
-  EXPECT_EQ(substeps(0.01, 500), 100);  // at most
+  EXPECT_EQ(substeps(0.01, 500), 100);  // the maximum
   EXPECT_EQ(substeps(0, 500), 40);      // 0 kg: no force moves it, so that its joints close a loop
   EXPECT_EQ(scene_named("four_bar").substeps, 40);
   EXPECT_EQ(scene_named("rod_chain").substeps, 10);
@@ -194,7 +194,7 @@ TEST(LoadScene, TakesTheDefaultSceneOrAllRoots) {
   EXPECT_EQ(second.bodies[1].name, "rock");
   const Scene all = load(edited("/scene =; /scenes ="));
   EXPECT_EQ(all.bodies.size(), 3u);
-  EXPECT_EQ(all.visuals.size(), 2u);  // node 5 is now one of them
+  EXPECT_EQ(all.visuals.size(), 2u);  // without scenes every root is loaded, node 5 too
 }
 
 TEST(LoadScene, MakesNamesUnique) {

@@ -1,5 +1,5 @@
-// Compares each kind of constraint with a closed form, in all five algorithms. Limits have measured values
-// beside them.
+// Compares each kind of constraint with a closed form, in all five algorithms. Tolerances have measured
+// values beside them.
 // One file, since all kinds are measured by one loop over algorithms.
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ void in_each_algorithm(double step, Check&& check) {
   }
 }
 
-/// Returns a ball of 2 kg on a joint with the world, at the origin.
+/// Returns a body of 2 kg with moments of 0.25 kg·m² on a joint with the world at the origin.
 Scene jointed_body(const std::vector<JointLimit>& limits, const Vector3& anchor = Vector3::Zero()) {
   Scene scene = test::empty_scene();
   test::add_body(scene, 2, Vector3::Constant(0.25), {-anchor, Quaternion::Identity()});
@@ -283,8 +283,8 @@ TEST(Drives, PositionDriveReachesItsTarget) {
 }
 
 TEST(Drives, MotorRampsUnderItsTorqueLimit) {
-  // Moment 0.25 kg·m², at most 0.5 N·m: 2 rad/s², to 3 rad/s. Per unit of inertia: at most 2 rad/s², the
-  // same.
+  // Moment 0.25 kg·m², at most 0.5 N·m: 2 rad/s², to 3 rad/s. With `acceleration` the limit is 2 rad/s² for
+  // any inertia: the same motion.
   for (const bool acceleration : {false, true}) {
     Scene scene = jointed_body({locked_point, test::locked(true, {true, true, false})});
     JointDrive drive{.angular = true,
@@ -302,7 +302,8 @@ TEST(Drives, MotorRampsUnderItsTorqueLimit) {
 }
 
 TEST(Contacts, CombineModesFollowOrderOfExtension) {
-  // The acceleration of a sliding box tells μ. One says multiply, the other minimum: minimum comes first.
+  // Deduce μ from the box's deceleration. The first of average, minimum, maximum and multiply that a material
+  // names applies.
   Scene scene = test::floor_scene(0.4);
   test::add_box(scene, {0.2, 0.2, 0.2}, 1, test::at(0, 0.1, 0), 0.2);
   scene.bodies[1].linear_velocity = {3, 0, 0};

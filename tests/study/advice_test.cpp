@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 namespace substep {
 namespace {
 
@@ -42,7 +40,7 @@ TEST(Cheapest, AvoidsRunsWhoseFinerRunsDiverge) {
   std::vector<SweepRecord> runs{run(Algorithm::a3, 4, 0.005, 80), run(Algorithm::a5, 4, 0.005, 40),
                                 run(Algorithm::a5, 8, 0.1, 80, false)};
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
-  // No other setting counts.
+  // A run with another τ is no refinement of this one.
   runs[2].settings.tau = 0.5;
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a5);
 }
@@ -54,7 +52,7 @@ TEST(Cheapest, UsesTimesIfMeasured) {
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
 }
 
-TEST(Advice, NamesMissingMeasurement) {
+TEST(Advice, RecommendsRunWithinOnePercentOrSaysNone) {
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)}),
               HasSubstr("**A1 with h = 1/60 s**"));
@@ -83,7 +81,7 @@ TEST(Advice, RejectsRunsThatChangeEnergy) {
   EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
 }
 
-TEST(Order, IgnoresErrorsBelowUncertainty) {
+TEST(Order, IgnoresErrorsBelowHundredUncertainties) {
   std::vector<SweepRecord> runs;
   for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, n < 8 ? 0.01 / n : 0.00001, n));
   for (SweepRecord& record : runs) record.uncertainty = 1e-6;

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "tests/error_message.h"
 #include "tests/scene_files.h"
@@ -61,7 +60,7 @@ TEST_F(PublishedFile, JudgesByExpectationsOfScenes) {
   EXPECT_TRUE(measure_published(results, other).empty());
 }
 
-TEST_F(PublishedFile, LosesWhereTheJudgedMiss) {
+TEST_F(PublishedFile, FailsIfJudgedAlgorithmMisses) {
   const auto results =
       read(head +
            "run = [{ name = 'few', algorithms = ['a2'], settings = { substeps = 20 }, judged = ['a2'] }]\n");

@@ -36,7 +36,7 @@ Quaternion quaternion(const btQuaternion& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-/// Keeps units apart: a body's user index is its unit.
+/// A filter that rejects the pairs of EngineScene::apart. An object's user index is its unit (unit_of()).
 class PairFilter final : public btOverlapFilterCallback {
  public:
   explicit PairFilter(std::set<std::pair<int, int>> apart) : apart_(std::move(apart)) {}
@@ -119,7 +119,7 @@ class BulletStepper final : public Stepper {
   void add(const Scene& scene, int index) {
     const Collider& collider = scene.colliders[static_cast<std::size_t>(index)];
     const bool is_world = collider.body == world_body;
-    Pose placement = collider.placement;
+    const Pose& placement = collider.placement;
     btCollisionShape* shape = nullptr;
     if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->half_box) {
       shape = keep(std::make_unique<btBoxShape>(vector(*polytope->half_box)));
@@ -171,7 +171,7 @@ class BulletStepper final : public Stepper {
     made.setLinearVelocity(vector(body.linear_velocity));
     made.setAngularVelocity(vector(body.angular_velocity));
     made.setFriction(friction_);
-    if (!gyroscopic && is_moved) made.setFlags(0);
+    if (!gyroscopic && is_moved) made.setFlags(0);  // without a gyroscopic force
     made.setActivationState(DISABLE_DEACTIVATION);
     if (collides) {
       world_.addRigidBody(&made);

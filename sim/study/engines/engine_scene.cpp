@@ -1,7 +1,5 @@
 #include "sim/study/engines/engine_scene.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 

@@ -4,12 +4,79 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <mutex>
+#include <sstream>
 
 #include "sim/error.h"
+#include "sim/measure/stepper.h"
 #include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 namespace {
+
+/// A uniform rod of 1 m, 1 kg, on a hinge at its end, level and at rest.
+Scene pendulum() {
+  Scene scene;
+  scene.name = "pendulum";
+  scene.duration = 1;
+  scene.bodies.resize(2);
+  Body& rod = scene.bodies[1];
+  rod.name = "rod";
+  rod.inverse_mass = 1;
+  rod.inverse_inertia = {5000, 12, 12};
+  rod.pose.position = {0.5, 0, 0};
+  Joint hinge;
+  hinge.name = "hinge";
+  hinge.body_a = 1;
+  hinge.frame_a.position = {-0.5, 0, 0};
+  hinge.limits.resize(2);
+  hinge.limits[0].axes = {true, true, true};
+  hinge.limits[1].angular = true;
+  hinge.limits[1].axes = {true, true, false};
+  for (JointLimit& limit : hinge.limits) limit.min = limit.max = 0;
+  scene.joints.push_back(hinge);
+  return scene;
+}
+
+/// Returns why an engine's pendulum is wrong; empty: it is right. A quarter of the period is known in closed
+/// form.
+std::string fault_of(const MakeStepper& make, double step) {
+  constexpr double quarter = 1.93333485 / 4;
+  Settings settings;
+  settings.step = step;
+  const auto stepper = make(pendulum(), settings);
+  double time = 0;
+  double before = 0.5;
+  while (time < 1 && stepper->step()) {
+    time += settings.step;
+    const double x = stepper->state().q[1].linear.x();
+    if (x <= 0) {
+      time -= settings.step * x / (x - before);
+      break;
+    }
+    before = x;
+  }
+  const double error = std::abs(time / quarter - 1);
+  if (error < 0.01) return "";
+  return fmt::format("its pendulum's quarter period is {:.4f} s, {:.4f} s in closed form", time, quarter);
+}
+
+/// Returns a maker that refuses every scene where the engine fails the pendulum at a step.
+MakeStepper checked(MakeStepper make, double step = 1.0 / 2000) {
+  struct Check {
+    std::once_flag once;
+    std::string fault;
+  };
+  return [make = std::move(make), step, check = std::make_shared<Check>()](const Scene& scene,
+                                                                           const Settings& settings) {
+    std::call_once(check->once, [&] { check->fault = fault_of(make, step); });
+    if (!check->fault.empty()) throw Error(check->fault);
+    return make(scene, settings);
+  };
+}
 
 /// A library that some engines come from.
 struct Library {
@@ -39,11 +106,11 @@ MakeEngineStepper* find(const Library& library) {
 /// Returns a maker that loads the engine on first use. Builds without engines leave it unused.
 [[maybe_unused]] MakeStepper loaded(const Library& library, const char* solver,
                                     bool has_filters_and_motion = false) {
-  return [&library, solver, has_filters_and_motion](const Scene& scene, const Settings& settings) {
+  return checked([&library, solver, has_filters_and_motion](const Scene& scene, const Settings& settings) {
     MakeEngineStepper* const make = find(library);
     return std::unique_ptr<Stepper>(
         make(scene, engine_scene(scene, has_filters_and_motion), settings, solver));
-  };
+  });
 }
 
 /// Returns the folder of the adapters: the installed program's, or the source's.
@@ -55,18 +122,28 @@ std::filesystem::path adapters() {
   return SUBSTEP_ADAPTERS;
 }
 
+bool is_in_path(const char* program) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  std::error_code ignored;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (std::filesystem::exists(std::filesystem::path(folder) / program, ignored)) return true;
+  }
+  return false;
+}
+
 /// Returns an engine on npm, whose adapter "NAME.mjs" runs under Node.
 Engine node_engine(const char* name, const char* label, const char* settings, const char* package,
                    bool has_iterations) {
   const MakeStepper make = [=](const Scene& scene, const Settings& given) {
     const std::filesystem::path folder = adapters();
-    if (!std::filesystem::exists(folder / "node_modules" / package)) {
+    if (!is_in_path("node") || !std::filesystem::exists(folder / "node_modules" / package)) {
       throw Error("{} is not installed: with Node 18 or later, npm ci --prefix {}", label, folder.string());
     }
     const std::string adapter = (folder / fmt::format("{}.mjs", name)).string();
     return recorded_stepper(run_command({"node", adapter, "{scene}", "{settings}", "{poses}"}, scene, given));
   };
-  return {name, label, settings, false, make, has_iterations, true};
+  return {name, label, settings, false, checked(make, 1.0 / 500), has_iterations, true};
 }
 
 std::vector<Engine> built() {
@@ -77,9 +154,9 @@ std::vector<Engine> built() {
          fmt::format(
              "the accurate mode: constraints at acceleration level, {}, projected back after each step",
              order == 4 ? "Runge-Kutta" : "extrapolated midpoint rule"),
-         true, [order](const Scene& scene, const Settings& settings) {
+         true, checked([order](const Scene& scene, const Settings& settings) {
            return reference_stepper(scene, settings.step, order);
-         }});
+         })});
   }
 #ifdef SUBSTEP_BULLET_VERSION
   all.push_back({"bullet-si", "Bullet " SUBSTEP_BULLET_VERSION " SI",

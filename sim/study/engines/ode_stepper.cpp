@@ -104,7 +104,7 @@ class OdeStepper final : public Stepper {
   void add(const Scene& scene, const Collider& collider) {
     const dBodyID body = bodies_[collider.body];
     Pose placement = body ? collider.placement : scene.bodies[collider.body].pose * collider.placement;
-    // ODE's capsules and cylinders lie along z.
+    // ODE's capsules lie along z.
     const Quaternion y_to_z(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
     dGeomID geometry = nullptr;
     if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->half_box) {

@@ -1,4 +1,5 @@
-/// A fuzz target for the files of the regression suite and of sweeps. With clang: cmake --preset fuzz, then
+/// A fuzz target for the files of the regression suite and of sweeps. The first line of the bytes is the kind
+/// of the file, the rest its content. With clang: cmake --preset fuzz, then
 /// build-fuzz/tests/golden/fuzz/golden_fuzzer with a folder for what it finds and tests/golden/fuzz/corpus.
 
 #include "tests/golden/fuzz/golden_fuzzer.h"

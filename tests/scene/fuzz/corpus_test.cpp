@@ -14,8 +14,8 @@ TEST(FuzzCorpus, LoadsOrRefusesEveryFile) {
   const std::vector<std::string> corpus = test::corpus(corpus_folder);
   int loaded = 0;
   for (const std::string& content : corpus) loaded += loads_or_is_refused(content);
-  EXPECT_GE(corpus.size(), 20u);
-  EXPECT_GE(loaded, 5);  // else nothing but refusals is kept
+  EXPECT_GE(corpus.size(), 300u);  // measured 307
+  EXPECT_GE(loaded, 5);            // a loader that refuses everything fails here
 }
 
 TEST(FuzzCorpus, LoadsOrRefusesChangedFiles) {
