@@ -241,14 +241,14 @@ TEST(Panel, ReadsTypedSettings) {
   EXPECT_EQ(panel_in("a2,n=3,m=5", base).settings.iterations, 5);
   EXPECT_EQ(panel_in("order-8", base).settings.iterations, base.substeps * base.iterations);
   EXPECT_EQ(panel_in("reference", base).kind, PanelChoice::Kind::reference);
-  for (const auto& [text, words] :
+  for (const auto& refusal :
        {std::pair("a5,n", "'n': give KEY=VALUE"), std::pair("a5,n=x", "'substeps=x': give a whole number"),
         std::pair("a5,n=2.5", "give a whole number"), std::pair("a5,n=0", "substeps 0"),
         std::pair("a5,size=2", "'size': give some of"),
         std::pair("reference,n=2", "'n=2': a reference has its own settings"),
         std::pair("", "give a1 to a5")}) {
-    const std::string message = test::message_of([&] { panel_in(text, base); });
-    EXPECT_NE(message.find(words), std::string::npos) << text << ": " << message;
+    const std::string message = test::message_of([&] { panel_in(refusal.first, base); });
+    EXPECT_NE(message.find(refusal.second), std::string::npos) << refusal.first << ": " << message;
   }
 }
 
