@@ -1,5 +1,6 @@
-// Compares bodies that miss each other, slide over seams or fly fast with closed forms in random scenes: near
-// misses with several n, all others at default settings. Prints a table.
+// Compares bodies that miss each other, slide over seams or fly fast with closed forms that share nothing
+// with the solver, in random scenes: near misses with several n, all others at default settings. Prints a
+// table.
 
 #include "sim/math/rotation.h"
 #include "tests/sim/moving_solids.h"
@@ -119,7 +120,7 @@ Trial draw_fly_past(Random& random) {
     reaches.push_back(drawn.other.reach());
   } else if (drawn.kind == Kind::plane) {
     const Quaternion turn = shortest_rotation(Vector3::UnitY(), drawn.normal);
-    add_static(scene, plane(), {Vector3::Zero(), turn}, substance);
+    add_static_plane(scene, {Vector3::Zero(), turn}, substance);
   } else {
     add_static(scene, drawn.other, drawn.start_of_other.pose, substance);
   }
@@ -160,8 +161,8 @@ Trial draw_blade(Random& random) {
   const double post = random.between(0.02, 0.2);
   const double near = -circle - clearance;
   if (kind == 0) {
-    add_static(scene, plane(), {turn * Vector3(0, 0, near), turn * rotation_quaternion({pi / 2, 0, 0})},
-               substance);
+    add_static_plane(scene, {turn * Vector3(0, 0, near), turn * rotation_quaternion({pi / 2, 0, 0})},
+                     substance);
   } else {
     add_static(scene, kind == 1 ? cylinder(0.5, post, post) : capsule(0.5, post),
                {turn * Vector3(0, 0, near - post), turn}, substance);
@@ -188,7 +189,7 @@ Trial draw_pinball(Random& random) {
   Scene scene = empty_scene();
   Substance floor = substance;
   floor.restitution = 0;
-  add_static(scene, plane(), {}, floor);
+  add_static_plane(scene, {}, floor);
   const Solid slider = is_ball ? ball(radius) : box_of(size);
   add_body(scene, slider, {{turn * Vector3(-speed * meeting, radius, 0), turn}, turn * Vector3(speed, 0, 0)},
            substance);
@@ -313,7 +314,7 @@ Trial draw_fast(Random& random) {
   // The pose of the struck face, with Y towards the body.
   const Pose face{radius * along, turn};
   const double post = 0.03;
-  if (kind == 0) add_static(scene, plane(), face, substance);
+  if (kind == 0) add_static_plane(scene, face, substance);
   if (kind == 1) add_static(scene, box_of({4, 0.2, 4}), face * at(0, -0.1, 0), substance);
   if (kind == 2) add_static(scene, box_of({4, 0.01, 4}), face * at(0, -0.005, 0), substance);
   if (is_rod) {

@@ -1,18 +1,51 @@
 #pragma once
-// Solids of the tests of moving contacts.
+// Solids of the tests of moving contacts, and their distance by a method that shares nothing with
+// sim/geometry.
+
+#include <Eigen/LU>
 
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_shapes.h"
-#include "sim/geometry/time_of_impact.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "tests/sim/random_trials.h"
 
 namespace substep::test {
 
+/// A convex set: the hull of points, or of discs across the y axis about them, rounded by a ball of radius
+/// `round`.
+struct Core {
+  std::vector<Vector3> corners;
+  std::vector<double> disc;  ///< radius of the disc about each corner; empty: points
+  double round = 0;
+
+  /// Returns the farthest point of the set at `pose` along a unit direction.
+  Vector3 support(const Pose& pose, const Vector3& direction) const {
+    const Vector3 along = pose.orientation.conjugate() * direction;
+    Vector3 flat(along.x(), 0, along.z());
+    if (flat.squaredNorm() > 0) flat.normalize();
+    Vector3 best = Vector3::Zero();
+    double height = -infinity;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vector3 point = disc.empty() ? corners[i] : Vector3(corners[i] + disc[i] * flat);
+      if (along.dot(point) <= height) continue;
+      height = along.dot(point);
+      best = point;
+    }
+    return pose * (best + round * along);
+  }
+
+  double reach() const {
+    double largest = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      largest = std::max(largest, corners[i].norm() + (disc.empty() ? 0.0 : disc[i]));
+    return largest + round;
+  }
+};
+
 struct Part {
   Shape shape;
   Pose placement;
-  Shape hull;  ///< the shape itself, or the hull of a mesh
+  Core core;
 };
 
 /// Parts of a body, in its frame.
@@ -20,37 +53,29 @@ struct Solid {
   std::string name;
   std::vector<Part> parts;
 
-  /// Returns a bound of the distance of its points from the origin.
   double reach() const {
     double largest = 0;
-    for (const Part& part : parts) {
-      const Bounds box = bounds(part.hull, part.placement);
-      largest = std::max(largest, box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm());
-    }
+    for (const Part& part : parts)
+      largest = std::max(largest, part.placement.position.norm() + part.core.reach());
     return largest;
   }
 };
 
-inline Solid solid_of(const std::string& name, const Shape& shape) {
-  return {name, {{shape, {}, shape}}};
-}
-
 inline Solid ball(double radius) {
-  return solid_of("ball", Sphere{radius});
+  return {"ball", {{Sphere{radius}, {}, {{Vector3::Zero()}, {}, radius}}}};
 }
 
 inline Solid capsule(double half_length, double radius) {
-  return solid_of("capsule", Capsule{half_length, radius});
+  return {"capsule",
+          {{Capsule{half_length, radius}, {}, {{{0, -half_length, 0}, {0, half_length, 0}}, {}, radius}}}};
 }
 
 /// Returns a cylinder; with unequal radii a frustum or a cone.
 inline Solid cylinder(double half_height, double radius_bottom, double radius_top) {
-  return solid_of(radius_top > 0 ? "cylinder" : "cone", Cylinder{half_height, radius_bottom, radius_top});
-}
-
-/// Returns the half-space below y = 0, for static bodies.
-inline Solid plane() {
-  return solid_of("plane", Plane{});
+  return {radius_top > 0 ? "cylinder" : "cone",
+          {{Cylinder{half_height, radius_bottom, radius_top},
+            {},
+            {{{0, -half_height, 0}, {0, half_height, 0}}, {radius_bottom, radius_top}, 0}}}};
 }
 
 inline std::vector<Vector3> box_corners(const Vector3& size) {
@@ -61,24 +86,32 @@ inline std::vector<Vector3> box_corners(const Vector3& size) {
 }
 
 inline Solid box_of(const Vector3& size) {
-  return solid_of("box", box(size));
+  return {"box", {{box(size), {}, {box_corners(size), {}, 0}}}};
+}
+
+inline Solid hull_of(const std::vector<Vector3>& points) {
+  return {"hull", {{convex_hull(points, "hull"), {}, {points, {}, 0}}}};
 }
 
 /// Returns a box as a hull, which the solver does not know to be a box.
 inline Solid box_hull(const Vector3& size) {
-  return solid_of("hull", convex_hull(box_corners(size), "hull"));
+  return hull_of(box_corners(size));
 }
 
 /// Returns a closed mesh of a box, for static bodies.
 inline Solid box_mesh(const Vector3& size) {
+  Solid solid = box_of(size);
   const std::vector<Triangle> triangles{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                                         {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return {"mesh", {{make_triangle_mesh(box_corners(size), triangles, "mesh"), {}, box(size)}}};
+  solid.name = "mesh";
+  solid.parts[0].shape = make_triangle_mesh(solid.parts[0].core.corners, triangles, "mesh");
+  return solid;
 }
 
 /// Returns a rectangle of two triangles in y = 0 that face up.
 inline Solid rectangle_mesh(double size_x, double size_z) {
-  return {"rectangle", {{make_rectangle(size_x, size_z, false), {}, box({size_x, 1e-5, size_z})}}};
+  return {"rectangle",
+          {{make_rectangle(size_x, size_z, false), {}, {box_corners({size_x, 0, size_z}), {}, 0}}}};
 }
 
 /// Returns a solid of about `size` from the middle to the farthest corner.
@@ -103,7 +136,7 @@ inline Solid random_solid(Random& random, double size) {
     case 6: {
       std::vector<Vector3> points;
       for (int i = 0; i < 12; ++i) points.emplace_back(size * random.direction());
-      return solid_of("hull", convex_hull(points, "hull"));
+      return hull_of(points);
     }
     default: {
       Solid compound = box_of(2 * Vector3(part(), part(), part()));
@@ -116,14 +149,68 @@ inline Solid random_solid(Random& random, double size) {
   }
 }
 
-/// Returns the distance of two solids, 0 where they meet. ContactOracle compares separation() with contacts.
+/// Returns the point of the convex hull of `simplex` nearest to the origin; reduces `simplex` to the corners
+/// that the point lies between.
+inline Vector3 nearest_to_origin(std::vector<Vector3>& simplex) {
+  Vector3 best = simplex[0];
+  std::vector<Vector3> kept{simplex[0]};
+  double least = infinity;
+  for (unsigned mask = 1; mask < 1U << simplex.size(); ++mask) {
+    std::vector<Vector3> corners;
+    for (std::size_t i = 0; i < simplex.size(); ++i) {
+      if (mask >> i & 1U) corners.push_back(simplex[i]);
+    }
+    const auto count = static_cast<Eigen::Index>(corners.size()) - 1;
+    Vector3 point = corners[0];
+    double of_first = 1;
+    if (count > 0) {
+      Eigen::Matrix<double, 3, Eigen::Dynamic> edges(3, count);
+      for (Eigen::Index i = 0; i < count; ++i)
+        edges.col(i) = corners[static_cast<std::size_t>(i) + 1] - corners[0];
+      const Eigen::VectorXd weights =
+          (edges.transpose() * edges).fullPivLu().solve(-edges.transpose() * corners[0]);
+      if (weights.minCoeff() < 0) continue;
+      of_first = 1 - weights.sum();
+      if (of_first < 0) continue;
+      point += edges * weights;
+    }
+    if (point.squaredNorm() >= least) continue;
+    least = point.squaredNorm();
+    best = point;
+    kept = corners;
+  }
+  simplex = kept;
+  return best;
+}
+
+/// Returns a lower bound of the distance of two convex sets, within 1 % (Gilbert, Johnson and Keerthi 1988):
+/// the width of the slab between their supports along the direction found. 0 where they meet.
+inline double distance(const Core& a, const Pose& pose_a, const Core& b, const Pose& pose_b) {
+  const auto support = [&](const Vector3& direction) {
+    return Vector3(a.support(pose_a, direction) - b.support(pose_b, -direction));
+  };
+  std::vector<Vector3> simplex{support(Vector3(0.6, 0.64, 0.48))};
+  Vector3 nearest = simplex[0];
+  double bound = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double length = nearest.norm();
+    if (length < 1e-9) return 0;
+    const Vector3 direction = -nearest / length;
+    const Vector3 corner = support(direction);
+    bound = std::max(bound, -corner.dot(direction));
+    if (bound > 0.99 * length || simplex.size() > 3) break;
+    simplex.push_back(corner);
+    nearest = nearest_to_origin(simplex);
+  }
+  return bound;
+}
+
 inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const Pose& pose_b) {
   double least = infinity;
   for (const Part& one : a.parts) {
-    for (const Part& other : b.parts) {
-      const ConvexSolid solid(one.hull, pose_a * one.placement);
-      least = std::min(least, separation(solid, {other.hull, pose_b * other.placement}, 1e-6).gap);
-    }
+    for (const Part& other : b.parts)
+      least =
+          std::min(least, distance(one.core, pose_a * one.placement, other.core, pose_b * other.placement));
   }
   return least;
 }
@@ -131,10 +218,8 @@ inline double distance(const Solid& a, const Pose& pose_a, const Solid& b, const
 /// Returns the height of a solid above the plane through the origin with this unit normal.
 inline double height_above(const Vector3& normal, const Solid& solid, const Pose& pose) {
   double least = infinity;
-  for (const Part& part : solid.parts) {
-    const ConvexSolid convex(part.hull, pose * part.placement);
-    least = std::min(least, normal.dot(convex.support(-normal)) - convex.radius());
-  }
+  for (const Part& part : solid.parts)
+    least = std::min(least, normal.dot(part.core.support(pose * part.placement, -normal)));
   return least;
 }
 
@@ -170,6 +255,10 @@ inline void add_colliders(Scene& scene, int body, const Solid& solid, const Pose
 
 inline void add_static(Scene& scene, const Solid& solid, const Pose& pose, const Substance& substance) {
   add_colliders(scene, world_body, solid, pose, substance);
+}
+
+inline void add_static_plane(Scene& scene, const Pose& pose, const Substance& substance) {
+  add_static(scene, {"plane", {{Plane{}, {}, {}}}}, pose, substance);
 }
 
 /// Adds a body; returns its index.

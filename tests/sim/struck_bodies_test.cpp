@@ -335,7 +335,7 @@ Trial draw_spinning_bounce(Random& random) {
   add_body(scene, ball(radius), {{radius * up - meeting * velocity, random.orientation()}, velocity, spin},
            substance);
   const int kind = random.below(3);
-  if (kind == 0) add_static(scene, plane(), {Vector3::Zero(), turn}, substance);
+  if (kind == 0) add_static_plane(scene, {Vector3::Zero(), turn}, substance);
   if (kind == 1) add_static(scene, box_of({5, 1, 5}), {-0.5 * up, turn}, substance);
   if (kind == 2) add_static(scene, rectangle_mesh(5, 5), {Vector3::Zero(), turn}, substance);
   constexpr std::array kinds{"plane", "slab", "mesh"};
