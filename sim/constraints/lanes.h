@@ -260,8 +260,8 @@ struct KernelData {
   PointRows rows;
 };
 
-/// Scales the impulses of the last slip down by the ratio of the normal impulses, now and then, where the
-/// normal impulse fell.
+/// Scales the impulses of the last slip where the normal impulse is below that of the slip: by the ratio of
+/// the two.
 template <typename Friction>
 SUBSTEP_KERNEL void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;

@@ -14,8 +14,8 @@ namespace {
 /// solver then solves the problem. The least in our scenes is 1e-4: a chain of rods with 1000 kg at its end.
 constexpr double least_pivot = MlcpSolver::rank_tolerance;
 /// ε of loops. A round leaves ε/(σ + ε) of a right side along an eigenvector of Γ with eigenvalue σ, and
-/// changes impulses of redundant rows by 1/ε of their contradiction: the period of Bricard's linkage is 4 %
-/// off with 1e-7; with 1e-9 the linkage stops.
+/// changes impulses of redundant rows by 1/ε of their contradiction: Bricard's linkage loses 0.12 J in 10 s,
+/// 0.30 J with 1e-7, and 1.6 J with 1e-9.
 constexpr double shift_of_loops = 1e-6;
 /// ε after `rounds_until_slow` rounds, for rows that are nearly redundant, as in a flat net.
 constexpr double shift_of_slow_loops = 1e-8;

@@ -155,8 +155,7 @@ Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const 
   for (int i = 0; i < 12; ++i) {
     const Vector3 turned = rotation_quaternion(-duration * w) * momentum;
     const Vector3 f = inertia.cwiseProduct(w) - turned;
-    // ∂f/∂w ≈ I − h [R(−h w) L]×, to first order in h w. f is exact, so the root is exact; the approximate
-    // derivative makes convergence linear.
+    // ∂f/∂w ≈ I − h [R(−h w) L]×, to first order in h w. The root is exact, since f is.
     Matrix3 derivative = inertia.asDiagonal();
     derivative(0, 1) += duration * turned.z();
     derivative(0, 2) -= duration * turned.y();

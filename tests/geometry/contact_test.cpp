@@ -338,7 +338,7 @@ TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
     EXPECT_LT((point.normal - Vector3::UnitX()).norm(), 1e-15);
     EXPECT_NEAR(point.distance, -0.4, 1e-15);
   }
-  // Put it through two neighbouring sides near their edge.
+  // Put its axis 0.05 inside the +X side, aslant across the upper edges.
   const Quaternion slant = turn(pi / 4, {0, 0, 1});
   const auto edge =
       contacts(capsule, {{0.95, 0.95, 0}, turn(pi / 2, {0, 1, 0}) * turn(pi / 2, {0, 0, 1}) * slant}, solid,

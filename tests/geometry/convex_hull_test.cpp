@@ -222,7 +222,7 @@ TEST(Scaled, KeepsBoxesAndValidHulls) {
   EXPECT_THROW(scaled(solid, {1, -1, 1}), Error);
 }
 
-TEST(Transformed, KeepsMass) {
+TEST(TransformedPolytope, KeepsMass) {
   const Pose pose = {{1, 2, 3}, test::turn(0.7, {1, -1, 2})};
   const Polytope moved = test::transformed(box({1, 2, 3}), pose);
   expect_sound(moved, 1e-14);

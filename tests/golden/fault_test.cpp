@@ -223,7 +223,7 @@ void write_sidecar(const SmallSuite& suite, const Scene& scene) {
                                                         track_hash, scene, pictures, MadeWith())));
 }
 
-TEST(LoadingFault, CentreOfMassIgnored) {
+TEST(LoadingFault, BlamesIgnoredCentreOfMass) {
   // A faulty loader makes all goldens: it takes another point for the body's centre of mass.
   SmallSuite suite("tumbling_body", last_frame);
   suite.make_goldens();
@@ -260,7 +260,7 @@ class RendererFault {
  public:
   RendererFault() : suite_("bouncing_balls", last_frame) { suite_.make_goldens(); }
 
-  /// What is drawn: the right scene and poses by the right renderer, unless a fault changes them.
+  /// The scene, poses and settings that the renderer draws; a fault changes them.
   struct Drawn {
     Scene scene;
     std::vector<Coordinates> poses;

@@ -119,7 +119,7 @@ TEST(ImageComparison, FailsAboveHardAndCountLimits) {
   EXPECT_EQ(judged(with(21, 3), {}), Judgement::within);
 }
 
-TEST(ImageComparison, TakesAVariationOfTwoLevelsForBlank) {
+TEST(ImageComparison, CallsTwoLevelsOfVariationBlank) {
   render::Image image = grey(20, 20);
   EXPECT_TRUE(is_blank(image));
   image.pixel(3, 3)[0] = 102;

@@ -203,7 +203,7 @@ TEST(Expectations, EndsStaysAtFirstCrossing) {
   EXPECT_TRUE(cut[0].is_bad());
 }
 
-TEST(ExpectationOfPoses, IsTheFirstThatPosesAloneDetermine) {
+TEST(ExpectationOfPoses, SkipsQuantitiesOfVelocitiesAndJoints) {
   Scene scene = two_bodies();
   EXPECT_EQ(expectation_of_poses(scene), nullptr);
   Expectation crossing = of(Quantity::displacement, 1);

@@ -123,7 +123,7 @@ def named(change: str) -> Mutant:
 
 
 def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
-    """Returns whether the command succeeded within `seconds` of processor time. Ends it after thrice the wall-clock time."""
+    """Returns whether the command succeeded within `seconds` of processor time. Ends it after a minute and thrice that."""
     limit = round(seconds)
 
     def begin() -> None:

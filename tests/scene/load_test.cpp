@@ -158,7 +158,7 @@ TEST(LoadScene, ReadsSettingsFromExtras) {
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
-  EXPECT_EQ(defaults.substeps, 45);  // for 2 kg and 2 t, by SubstepsFollowFromMassesAndLoops
+  EXPECT_EQ(defaults.substeps, 45);  // for 2 kg and 2 t, by DerivesSubstepsFromMassesAndLoops
   EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
   const Scene scene = load(edited(R"(
@@ -174,7 +174,7 @@ TEST(LoadScene, ReadsSettingsFromExtras) {
   EXPECT_THAT(scene.warnings, testing::ElementsAre(HasSubstr("/extras/substep/gravity: is along z")));
 }
 
-TEST(LoadScene, SubstepsFollowFromMassesAndLoops) {
+TEST(LoadScene, DerivesSubstepsFromMassesAndLoops) {
   const auto substeps = [](double crate, double rock) {
     const char* const edits = "/nodes/1/$/motion/mass = {}; /nodes/4/$/motion/mass = {}";
     return load(edited(fmt::format(fmt::runtime(edits), crate, rock))).substeps;
@@ -270,7 +270,7 @@ TEST(LoadScene, BodyWithoutColliderIsBallOfWater) {
   }
 }
 
-TEST(LoadScene, ZeroAndKinematicMeanInfinite) {
+TEST(LoadScene, ReadsZeroAndKinematicAsInfinite) {
   const Body fixed = body_with(R"({"mass": 0})");
   EXPECT_EQ(fixed.inverse_mass, 0);
   EXPECT_EQ(fixed.inverse_inertia, Vector3(0, 0, 0));

@@ -67,7 +67,7 @@ Scene balls_in_a_row() {
   return scene;
 }
 
-TEST(Allocation, NoneInAStepAfterTheFirst) {
+TEST(Step, AllocatesNothingAfterTheFirst) {
   for (const auto& [algorithm, warm_start] : {std::pair(Algorithm::a2, 0.0),
                                               {Algorithm::a3, 0.0},
                                               {Algorithm::a4, 0.0},
@@ -87,7 +87,7 @@ TEST(Allocation, NoneInAStepAfterTheFirst) {
   }
 }
 
-TEST(Allocation, NoneInContactSearchOnceWarm) {
+TEST(ContactSearch, AllocatesNothingOnceWarm) {
   std::mt19937 random(1);
   std::vector<Shape> shapes = test::round_shapes();
   const Shape others[] = {Plane{}, test::flat_mesh(8, 0.25, 0.3), box({1, 1, 1}), cylinder(1, 0.5, 0.5),

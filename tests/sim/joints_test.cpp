@@ -152,7 +152,7 @@ TEST(Joints, ConeLimitStopsSwing) {
   });
 }
 
-TEST(Joints, LockedDistanceIsASphereOrATube) {
+TEST(Joints, LockedDistanceKeepsToSphereOrTube) {
   // 1 m from the origin or from the y axis and 2 m/s around it, on the tube also 0.3 m/s along it: a helix.
   for (const bool is_tube : {false, true}) {
     Scene scene = jointed_body({test::range(false, {true, !is_tube, true}, 1, 1)});
