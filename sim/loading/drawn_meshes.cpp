@@ -18,7 +18,7 @@
 namespace substep {
 namespace {
 
-/// Returns the attributes of some vertices, in this order, without tangents, which fit other normals.
+/// Returns the attributes of `vertices`, in their order, without tangents, which fit other normals.
 VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<const std::uint32_t> vertices) {
   const auto chosen = [&](const auto& all) {
     std::remove_cvref_t<decltype(all)> some;
@@ -30,12 +30,12 @@ VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<con
           {}};
 }
 
-/// Returns the normals of each triangle's corners that are smooth but at creases. `areas` are twice the area
-/// of each triangle along its normal, `directions` those normals alone, 0 where there is no area.
+/// Returns a normal for each corner of each triangle, smooth but at creases. `areas` are twice the triangles'
+/// areas times their unit normals, `directions` the unit normals, 0 for triangles without area.
 std::vector<std::array<Vector3, 3>> crease_normals(const Mesh& mesh, std::span<const Vector3> areas,
                                                    std::span<const Vector3> directions) {
   constexpr double cosine_of_crease = 0.766;       // 40°
-  constexpr std::ptrdiff_t most_neighbours = 256;  // a position with more costs their square
+  constexpr std::ptrdiff_t most_neighbours = 256;  // corners with more stay flat: summing takes their square
 
   // Sort all corners, those at one position together.
   struct Corner {
@@ -78,7 +78,7 @@ std::vector<std::array<Vector3, 3>> crease_normals(const Mesh& mesh, std::span<c
   return normals;
 }
 
-/// Adds a primitive with its own material, or the last of the surfaces.
+/// Adds a mesh, with the last of the surfaces if it has no material. Returns its index.
 int add_mesh(Scene& scene, Mesh mesh, const std::string& name) {
   mesh.name = name;
   if (mesh.surface < 0) mesh.surface = static_cast<int>(scene.surfaces.size()) - 1;
@@ -86,26 +86,27 @@ int add_mesh(Scene& scene, Mesh mesh, const std::string& name) {
   return static_cast<int>(scene.meshes.size()) - 1;
 }
 
-/// Returns the triangles of each body: a triangle goes with the body of the joint that holds most of its
-/// corners.
+/// Returns the triangles of each body. A triangle follows the body whose joints have the largest sum of
+/// weights at its corners; triangles without weights are left out.
 std::map<int, std::vector<Triangle>> triangles_of_bodies(const GltfPrimitive& primitive,
                                                          const std::vector<int>& body_of_joint) {
-  std::map<int, std::vector<Triangle>> pieces;
+  std::map<int, std::vector<Triangle>> triangles;
   for (const Triangle& triangle : primitive.triangles) {
-    std::map<int, double> shares;
+    std::map<int, double> weights;
     for (const std::uint32_t corner : triangle) {
       const SkinInfluence& influence = primitive.influences[corner];
       for (std::size_t k = 0; k < 4; ++k) {
-        if (influence.weights[k] > 0) shares[body_of_joint[influence.joints[k]]] += influence.weights[k];
+        if (influence.weights[k] > 0) weights[body_of_joint[influence.joints[k]]] += influence.weights[k];
       }
     }
-    if (shares.empty()) continue;
-    pieces[std::ranges::max_element(shares, {}, [](const auto& share) { return share.second; })->first]
+    if (weights.empty()) continue;
+    triangles[std::ranges::max_element(weights, {}, [](const auto& weight) { return weight.second; })->first]
         .push_back(triangle);
   }
-  return pieces;
+  return triangles;
 }
 
+/// Adds a visual for each body that the triangles of a skinned primitive follow, in the pose of the start.
 void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitive& primitive,
                          const std::string& name) {
   const GltfSkin& skin = draft.skins[draft.document.nodes[node].skin];
@@ -118,33 +119,33 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
                                                                  : world_body);
   }
   constexpr std::uint32_t none = ~std::uint32_t{0};
-  std::vector<std::uint32_t> in_piece(whole.positions.size(), none);  // vertices of one body at a time
+  std::vector<std::uint32_t> in_submesh(whole.positions.size(), none);  // index of each vertex, or none
   for (auto& [body, triangles] : triangles_of_bodies(primitive, body_of_joint)) {
     const Pose body_from_world = draft.scene.bodies[body].pose.inverse();
-    Mesh piece;
-    piece.surface = whole.surface;
+    Mesh submesh;
+    submesh.surface = whole.surface;
     std::vector<std::uint32_t> used;
     for (Triangle triangle : triangles) {
       for (std::uint32_t& corner : triangle) {
-        if (in_piece[corner] == none) {
-          in_piece[corner] = static_cast<std::uint32_t>(used.size());
+        if (in_submesh[corner] == none) {
+          in_submesh[corner] = static_cast<std::uint32_t>(used.size());
           used.push_back(corner);
         }
-        corner = in_piece[corner];
+        corner = in_submesh[corner];
       }
-      piece.triangles.push_back(triangle);
+      submesh.triangles.push_back(triangle);
     }
     for (const std::uint32_t vertex : used) {
-      piece.positions.push_back(body_from_world * whole.positions[vertex]);
+      submesh.positions.push_back(body_from_world * whole.positions[vertex]);
       if (!whole.normals.empty()) {
-        piece.normals.push_back(body_from_world.orientation * whole.normals[vertex]);
+        submesh.normals.push_back(body_from_world.orientation * whole.normals[vertex]);
       }
-      in_piece[vertex] = none;
+      in_submesh[vertex] = none;
     }
-    piece.attributes = attributes_of(whole.attributes, used);
+    submesh.attributes = attributes_of(whole.attributes, used);
     Visual& visual = draft.scene.visuals.emplace_back();
     visual.body = body;
-    visual.mesh = add_mesh(draft.scene, std::move(piece), name);
+    visual.mesh = add_mesh(draft.scene, std::move(submesh), name);
   }
 }
 
@@ -192,16 +193,17 @@ void add_visuals(SceneDraft& draft) {
     const std::string name =
         draft.document.item_of("meshes", node.mesh).name(fmt::format("mesh {}", node.mesh));
     if (draft.scene.visuals.size() + mesh.primitives.size() > most_visuals) {
-      draft.node_json(i).fail("with it more than {} pieces are to be drawn", most_visuals);
+      draft.node_json(i).fail("with it more than {} primitives are to be drawn", most_visuals);
     }
-    const auto is_held = [](const GltfPrimitive& primitive) { return !primitive.influences.empty(); };
-    if (node.skin >= 0 && std::ranges::any_of(mesh.primitives, is_held)) {
-      for (const GltfPrimitive& primitive : mesh.primitives) {
-        if (is_held(primitive)) add_skinned_visuals(draft, i, primitive, name);
-      }
+    const auto is_held = [&](const GltfPrimitive& primitive) {
+      return node.skin >= 0 && !primitive.influences.empty();
+    };
+    for (const GltfPrimitive& primitive : mesh.primitives) {
+      if (!is_held(primitive)) continue;
+      add_skinned_visuals(draft, i, primitive, name);
       skinned = true;
-      continue;
     }
+    if (std::ranges::all_of(mesh.primitives, is_held)) continue;
     int& first = first_mesh[node.mesh];
     if (first < 0) {
       first = static_cast<int>(draft.scene.meshes.size());
@@ -218,6 +220,7 @@ void add_visuals(SceneDraft& draft) {
     visual.translation = body_from_node * placement.translation;
     if (!(std::fabs(visual.linear.determinant()) > 0)) continue;  // scaled to nothing
     for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
+      if (is_held(mesh.primitives[k])) continue;
       visual.mesh = first + static_cast<int>(k);
       draft.scene.visuals.push_back(visual);
     }

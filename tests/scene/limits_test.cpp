@@ -282,7 +282,7 @@ const std::vector<Case>& cases() {
          repeat(document["meshes"][0]["primitives"], 9000);
          return as_gltf(document);
        }},
-      {"PiecesDrawnOften", "/nodes/", "pieces are to be drawn",
+      {"PiecesDrawnOften", "/nodes/", "primitives are to be drawn",
        [] {
          Json document = edited("/scenes =; /scene =");
          repeat(document["meshes"][0]["primitives"], 9000);

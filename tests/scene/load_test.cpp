@@ -92,6 +92,9 @@ TEST(LoadScene, DrawsMeshesWithTheirBodies) {
   EXPECT_EQ(scene.visuals[0].body, 1);
   EXPECT_EQ(scene.visuals[0].linear, Matrix3(Matrix3::Identity()));
   EXPECT_EQ(scene.visuals[0].translation, Vector3(0, 0, 0));
+  const Json mixed = edited(skinned(example(), 1, "[3, 3]"),
+                            R"(/meshes/0/primitives/- = {"attributes": {"POSITION": 0}, "indices": 1})");
+  EXPECT_EQ(load(mixed).visuals.at(1).body, 1);  // a primitive without weights follows its node
   ASSERT_EQ(scene.meshes.size(), 1u);
   const Mesh& mesh = scene.meshes[0];
   EXPECT_EQ(mesh.name, "cube");
