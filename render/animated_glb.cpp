@@ -43,7 +43,7 @@ class BodyMeshes {
 
   const std::vector<Part>& parts() const { return mesh_.parts; }
 
-  /// Returns the index of a mesh, −1 without primitives.
+  /// Adds a mesh unless an equal one is stored. Returns its index, −1 without primitives.
   int add(const std::vector<Primitive>& primitives) {
     if (primitives.empty()) return -1;
     const auto [known, is_new] = known_.try_emplace(primitives, 0);
@@ -64,7 +64,7 @@ class BodyMeshes {
     return known->second;
   }
 
-  /// Returns the index of a material with a colour and a finish.
+  /// Adds a material of one colour and finish unless an equal one is stored. Returns its index.
   int add_plain(const Vertex& vertex) {
     Surface surface;
     std::ranges::copy(vertex.color, surface.base_color.begin());
@@ -141,9 +141,8 @@ class BodyMeshes {
     if (values[coordinates].empty()) values[coordinates] = values[other_coordinates];
     if (std::ranges::all_of(values[color], [](float level) { return level == 1; })) values[color].clear();
     bool has_tangents = surface.textures[Surface::normal_texture].image >= 0;
-    for (std::size_t i = 3; i < values[tangent].size(); i += 4) {
+    for (std::size_t i = 3; i < values[tangent].size(); i += 4)
       has_tangents = has_tangents && values[tangent][i] != 0;
-    }
     if (!has_tangents) values[tangent].clear();
   }
 
@@ -153,10 +152,10 @@ class BodyMeshes {
   std::map<std::vector<Primitive>, int> known_;
 };
 
-Json node_at(const std::string& name, const Vector3& place, const Quaternion& orientation) {
+Json node_at(const std::string& name, const Vector3& translation, const Quaternion& orientation) {
   const Quaternion q = orientation.normalized();
   return {{"name", name},
-          {"translation", {place.x(), place.y(), place.z()}},
+          {"translation", {translation.x(), translation.y(), translation.z()}},
           {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
@@ -176,7 +175,7 @@ void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   writer.add_node({{"name", "ground"}, {"mesh", meshes.add({square})}, {"translation", {0, height, 0}}});
 }
 
-/// Returns the renderer's camera for a scene without one, in a wide picture.
+/// Returns the renderer's automatic camera for a picture of 16:9.
 Camera automatic_camera(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames) {
   const View view = automatic_view(parts, frames, 16.0 / 9);
   Matrix3 axes;
@@ -214,7 +213,7 @@ void add_light(GlbWriter& writer, const char* name, const Light& light) {
   writer.add_node(std::move(node));
 }
 
-/// Adds the sun, but where the scene has other lights alone.
+/// Adds the scene's sun and lights; the default sun only where the scene has no light.
 void add_lights(GlbWriter& writer, const Scene& scene) {
   const Sun sun = scene.sun.value_or(Sun{});
   if ((scene.sun || scene.lights.empty()) && sun.direction.norm() > 0) {
@@ -227,13 +226,14 @@ void add_lights(GlbWriter& writer, const Scene& scene) {
   for (const Light& light : scene.lights) add_light(writer, "light", light);
 }
 
+/// Returns true where all poses are finite and single precision can hold them.
 bool can_be_keyed(const std::vector<Coordinates>& poses) {
   return std::ranges::all_of(poses, [](const Coordinates& q) {
     return q.linear.allFinite() && q.linear.cwiseAbs().maxCoeff() < 1e30 && q.angular.coeffs().allFinite();
   });
 }
 
-/// Writes the animation channels of a body that moves.
+/// Adds channels for a body's position and orientation, each only if it changes.
 void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> frames, std::size_t body,
                   int times, Json& animation) {
   std::vector<float> positions;
@@ -286,14 +286,12 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
 
   if (frames.size() > 1) {
     std::vector<float> times;
-    for (std::size_t k = 0; k < frames.size(); ++k) {
+    for (std::size_t k = 0; k < frames.size(); ++k)
       times.push_back(static_cast<float>(static_cast<double>(k) * interval));
-    }
     const int keys = writer.add_floats(times, 1, true, false);
     Json animation = {{"name", scene.name}, {"samplers", Json::array()}, {"channels", Json::array()}};
-    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+    for (std::size_t body = 1; body < scene.bodies.size(); ++body)
       add_channels(writer, frames, body, keys, animation);
-    }
     if (!animation["channels"].empty()) writer.root()["animations"] = Json::array({animation});
   }
   return writer.bytes();

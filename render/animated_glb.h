@@ -10,11 +10,11 @@
 
 namespace substep::render {
 
-/// Returns the file's bytes: a node a body with its visuals as Renderer draws them, a piece of the ground,
-/// the scene's camera, or where it has none one that shows all that moves, its lights (KHR_lights_punctual),
-/// and the poses of `frames`, `interval` seconds apart, as one animation of the bodies that move. Node 0 is
-/// the ground, node 1 + i body i. Equal meshes are stored once. Frames end before the first that is not
-/// finite.
+/// Returns the file's bytes. Node 0 is a square of the ground, node 1 + i is body i with its visuals as
+/// Renderer draws them. A camera follows: the scene's, or one that shows all that moves. Then lights
+/// (KHR_lights_punctual): the scene's, or the default sun. The poses of `frames`, `interval` seconds apart,
+/// are one animation of the moving bodies. Equal meshes are stored once. Frames end before the first that is
+/// not finite.
 std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordinates>> frames,
                          double interval);
 

@@ -56,7 +56,7 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
     key = illuminance;
     lamps.key = i;
   }
-  // Dim lamps as bright as real ones, which suppose a camera's exposure.
+  // Dim lamps of photometric brightness, whose files expect a camera's exposure, to at most 3.
   constexpr double brightest_without_exposure = 30;
   const double brightness = brightest > brightest_without_exposure ? 3 / brightest : 1;
   for (int i = 0; i < lamps.count; ++i) set(lamps, i, scene.lights[i], brightness);
@@ -65,9 +65,9 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
 }
 
 glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamps, double ground) {
+  Sun sun = scene.sun.value_or(Sun{});
   // Only files without lights get the default sun.
-  const double illuminance = scene.lights.empty() ? 3 : 0;
-  const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, illuminance});
+  if (!scene.sun && !scene.lights.empty()) sun.illuminance = 0;
   const double length = sun.direction.norm();
   glm::dvec3 ray{0, -1, 0};
   if (length > 0 && std::isfinite(length)) ray = to_glm(sun.direction / length);
@@ -93,8 +93,7 @@ glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamp
 glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
                     double focus) {
   const double reach = 40 * focus;
-  // Positions of surfaces are read from the depth buffer: near enough to be exact to a ten-thousandth of
-  // `focus`.
+  // Keep the near plane far enough out that depths give positions exact to a ten-thousandth of `focus`.
   const double near = std::min(0.02 * focus, std::max(0.1, 0.002 * focus));
   const double far = 2.5 * reach;
   const glm::dmat4 from_world = clip_from_world(view, near, far);

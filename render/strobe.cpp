@@ -5,25 +5,25 @@
 namespace substep::render {
 namespace {
 
-/// Returns how many of a pixel's four samples, in a picture of twice the size, show bodies other than the
+/// Returns how many of a pixel's four samples in a picture of twice the size show bodies other than the
 /// world.
-int covered(const Image& bodies, int x, int y) {
+int covered_samples(const Image& bodies, int x, int y) {
   int count = 0;
   for (const int row : {2 * y, 2 * y + 1}) {
     for (const int column : {2 * x, 2 * x + 1}) {
       const std::uint8_t* const p = bodies.pixel(column, row);
-      // 0 is the sky, 1 the world.
-      count += p[0] + p[1] + p[2] > 1 ? 1 : 0;
+      // Codes of Renderer::draw_bodies(): 0 is the sky, 1 the world.
+      count += p[0] + 256 * p[1] + 65536 * p[2] > 1 ? 1 : 0;
     }
   }
   return count;
 }
 
 /// Blends `over` into `image` where bodies are.
-void lay(Image& image, const Image& over, const Image& bodies, double strength) {
+void blend_bodies(Image& image, const Image& over, const Image& bodies, double strength) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      const double alpha = strength * covered(bodies, x, y) / 4;
+      const double alpha = strength * covered_samples(bodies, x, y) / 4;
       if (alpha == 0) continue;
       std::uint8_t* const to = image.pixel(x, y);
       const std::uint8_t* const from = over.pixel(x, y);
@@ -51,11 +51,11 @@ Image strobe(const Scene& scene, const RenderSettings& settings,
   constexpr double strongest = 0.8;
   const std::size_t earlier = moments.size() - 1;
   for (std::size_t k = 0; k < earlier; ++k) {
-    const double position = earlier == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(earlier - 1);
-    lay(image, renderer.draw(moments[k]), masks.draw_bodies(moments[k]),
-        faintest + position * (strongest - faintest));
+    const double fraction = earlier == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(earlier - 1);
+    blend_bodies(image, renderer.draw(moments[k]), masks.draw_bodies(moments[k]),
+                 faintest + fraction * (strongest - faintest));
   }
-  lay(image, last, masks.draw_bodies(moments.back()), 1);
+  blend_bodies(image, last, masks.draw_bodies(moments.back()), 1);
   return image;
 }
 

@@ -171,11 +171,11 @@ struct Camera {
   double vertical_field_of_view = 0.8;  ///< rad
 };
 
-/// Light from infinitely far; direction *towards* which it shines, world.
+/// Light from infinitely far; the default is the sun of scenes without any light.
 struct Sun {
-  Vector3 direction{-0.4, -1, -0.3};
-  std::array<double, 3> color{1, 1, 1};  ///< linear RGB
-  double illuminance = 3;                ///< of a surface facing it; π exposes a white surface fully
+  Vector3 direction{-0.55, -1, -0.45};         ///< towards which it shines, world
+  std::array<double, 3> color{1, 0.95, 0.88};  ///< linear RGB
+  double illuminance = 3;                      ///< of a surface facing it; π exposes a white surface fully
 };
 
 /// Any other light of a file.
