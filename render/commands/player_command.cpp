@@ -71,14 +71,16 @@ void make_pages(PlayerOptions& options) {
   site.speed = options.comparison.speed;
   Progress progress;
   site.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+  site.load = [&](const fs::path& file) {
+    progress.clear();
+    return options.comparison.scene.load(file);
+  };
   site.comparison = [&options](const Scene& scene) {
-    // Copy the options: settings() stores the title of one scene's panels in them
-    ComparisonOptions typed = options.comparison;
-    ComparisonSettings settings = typed.settings(scene);
+    ComparisonSettings settings = options.comparison.settings(scene);
     settings.readings = player_readings(scene);
     return settings;
   };
-  site.failure = [&progress](const std::filesystem::path& scene, std::string_view why) {
+  site.failure = [&progress](const fs::path& scene, std::string_view why) {
     progress.clear();
     const std::string name = scene.string();
     fmt::print(stderr, "substep: {}{}\n", why.starts_with(name) ? "" : name + ": ", why);
@@ -86,13 +88,13 @@ void make_pages(PlayerOptions& options) {
   const int made = make_site(site);
   progress.clear();
   fmt::print("wrote {}: {} of {} scenes\n", (site.folder / "index.html").string(), made, site.scenes.size());
-  if (static_cast<std::size_t>(made) < site.scenes.size())
-    throw Error("{} scenes could not be shown", site.scenes.size() - static_cast<std::size_t>(made));
+  const std::size_t failed = site.scenes.size() - static_cast<std::size_t>(made);
+  if (failed > 0) throw Error("{} scene{} could not be shown", failed, failed == 1 ? "" : "s");
 }
 
 void make_player(PlayerOptions& options) {
   if (is_site(options)) return make_pages(options);
-  if (options.films) throw Error("--films: only with several scenes");
+  if (options.films) throw Error("--films: only with a folder of pages");
   make_page(options);
 }
 
@@ -104,16 +106,16 @@ void add_player_command(CLI::App& app) {
   const auto options = std::make_shared<PlayerOptions>();
   ComparisonOptions& comparison = options->comparison;
   comparison.frame_rate = 60;
-  command->add_option("scenes", options->scenes, "A scene or mesh; of several a folder of pages is made")
+  command->add_option("scenes", options->scenes, "A scene or mesh; several make a folder of pages")
       ->required();
   comparison.scene.add_mesh_options_to(*command);
   command->add_option("--title", comparison.title,
-                      "What stands above all (the scene's name; Scenes, above several)");
+                      "Title of the page (the scene's name; of a folder of pages: Scenes)");
   comparison.add_settings_to(*command);
-  command->get_option("--fps")->default_str("60; of several scenes 30");
+  command->get_option("--fps")->default_str("60; in a folder of pages 30");
   command->add_option("--output", options->output,
                       "The page (SCENE.html), or the folder of pages, one a scene (site)");
-  command->add_flag("--films", options->films, "Of several scenes: also film each");
+  command->add_flag("--films", options->films, "In a folder of pages: also film each scene");
   command->footer(
       "Panels are those of 'substep video', whose help says how they are given. A page needs no network and "
       "no other file, but a browser with WebGL 2. Its positions are good to a few millionths of the scene's "

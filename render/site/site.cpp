@@ -18,7 +18,6 @@
 #include "render/video/labels.h"
 #include "render/video/video.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 
 namespace substep::embedded {
@@ -204,7 +203,7 @@ std::string make_scene(const SiteSettings& settings, const fs::path& file,
   const double share = 1.0 / static_cast<double>(names.size());
   const auto show = [&](double done) { settings.progress(name, begun + share * done); };
   show(0);
-  const Scene scene = load_scene(file);
+  const Scene scene = settings.load(file);
   const ComparisonSettings compared = settings.comparison(scene);
   const Comparison comparison =
       simulate_comparison(scene, compared, [&](double done) { show((settings.films ? 0.5 : 0.9) * done); });

@@ -18,13 +18,15 @@ struct SiteSettings {
   bool films = false;  ///< besides players; minutes each
   double frame_rate = 30;
   double speed = 1;
-  // All three functions must be set.
+  // All functions must be set.
 
+  /// Reads a scene. Throws Error.
+  std::function<Scene(const std::filesystem::path&)> load;
   /// Returns the runs that are compared in a scene. Throws Error.
   std::function<ComparisonSettings(const Scene&)> comparison;
   /// Receives the current task and the fraction done.
   std::function<void(std::string_view stage, double share)> progress;
-  /// Receives each scene that could not be shown, and the reason.
+  /// Receives the file of each scene that could not be shown, and the reason.
   std::function<void(const std::filesystem::path& scene, std::string_view why)> failure;
 };
 

@@ -100,7 +100,7 @@ TEST_F(Export, GlbHasPosesAsKeys) {
   EXPECT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"].size(), 1u);
 }
 
-TEST_F(Export, SharesMeshesOfEqualBodies) {
+TEST_F(Export, SharesMeshesAndRefusesBadNames) {
   printed("export $S/box_pyramid.gltf --duration 0 --output p.glb");
   const Glb glb = read("p.glb");
   EXPECT_GT(glb.json["nodes"].size(), 50u);
@@ -128,6 +128,7 @@ TEST_F(Export, KeepsMaterialsAndLights) {
   const auto found = std::ranges::find_if(materials, [](const Json& m) { return m.contains("alphaMode"); });
   ASSERT_NE(found, materials.end());
   EXPECT_TRUE(has(*found, R"({"alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": false,
+                              "emissiveFactor": [0.5, 1, 0.25],
                               "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2.0}}})"))
       << *found;
   const Json& color = (*found)["pbrMetallicRoughness"]["baseColorTexture"];
@@ -139,7 +140,8 @@ TEST_F(Export, KeepsMaterialsAndLights) {
   EXPECT_EQ(transform["offset"], Json({0.1, 0.7}));
   const Json& lights = glb.json["extensions"]["KHR_lights_punctual"]["lights"];
   ASSERT_EQ(lights.size(), 1u);
-  EXPECT_EQ(lights[0]["type"], "spot");
+  EXPECT_TRUE(has(lights[0], R"({"type": "spot", "intensity": 20, "range": 9,
+                                 "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}})"));
   for (const char* const extension :
        {"KHR_texture_transform", "KHR_materials_emissive_strength", "KHR_lights_punctual"})
     EXPECT_THAT(glb.json["extensionsUsed"], testing::Contains(extension));
@@ -162,7 +164,7 @@ TEST_F(Player, KeepsSixPanelsOfFiveSecondsSmall) {
   printed(
       "player $S/dominoes.gltf --output a.html --no-reference --duration 5 --panel a5,n=1 --panel a5,n=2 "
       "--panel a5,n=3 --panel a5,n=4 --panel a5,n=5 --panel a5,n=6");
-  // Measured 460 kB; the largest scene, box_pyramid, has 2.6 MB.
+  // Measured 460 kB; the largest page, of box_pyramid, has 2.6 MB.
   EXPECT_LT(content("a.html").size(), 1'000'000u);
 }
 
@@ -184,7 +186,7 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
   const Outcome outcome = make("'a b&c.gltf' bad.gltf chain.gltf");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("substep: bad.gltf: "));
-  EXPECT_THAT(outcome.err, HasSubstr("1 scenes could not be shown"));
+  EXPECT_THAT(outcome.err, HasSubstr("1 scene could not be shown"));
   EXPECT_THAT(outcome.out, HasSubstr("wrote site/index.html: 2 of 3 scenes"));
   EXPECT_THAT(files(),
               testing::IsSupersetOf({"site/index.html", "site/a b&c/index.html", "site/a b&c/player.html",
@@ -197,7 +199,7 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
                  {"javascript:", "a note", "<script>"});
 }
 
-TEST_F(Site, OverwritesOnlyItself) {
+TEST_F(Site, OverwritesOnlyItselfAndRefusesBadScenes) {
   copy_scene("pendulum.gltf", "a.gltf");
   std::filesystem::create_directory(folder() / "site");
   write("site/mine.txt", "mine");
@@ -207,6 +209,7 @@ TEST_F(Site, OverwritesOnlyItself) {
   write("site/a/old.txt", "of an earlier version");
   EXPECT_EQ(make("a.gltf").exit_code, 0);
   EXPECT_FALSE(has("site/a/old.txt"));
+  EXPECT_THAT(make("a.gltf --scale 2").err, HasSubstr("a.gltf: is a scene"));
   EXPECT_THAT(make("a.gltf $S/pendulum.gltf a.gltf").err, HasSubstr("another scene has the name a"));
 }
 
