@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -90,10 +91,10 @@ void draw_figure(const FigureOptions& options) {
   const report::Sheet sheet =
       report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
   if (options.numbers) return print(report::numbers_of(sheet));
-  const report::DrawnFigure drawn = report::drawn(sheet, format, style);
+  const report::RenderedFigure rendered = report::rendered(sheet, format, style);
   for (const auto& [extension, content] :
-       {std::pair(output.extension(), &drawn.picture), std::pair(fs::path(".csv"), &drawn.points),
-        std::pair(fs::path(".txt"), &drawn.caption)}) {
+       {std::pair(output.extension(), &rendered.picture), std::pair(fs::path(".csv"), &rendered.points),
+        std::pair(fs::path(".txt"), &rendered.caption)}) {
     const fs::path file = fs::path(output).replace_extension(extension);
     write_file(file, *content);
     fmt::print("wrote {}\n", file.string());
@@ -104,7 +105,7 @@ void draw_figure(const FigureOptions& options) {
 void add_style_options(CLI::App& command, FigureOptions& options) {
   command.add_option(
       "--width", options.width,
-      "one-column (85 mm), two-columns (178 mm) or mm: a layout for print (as on the report's page)");
+      "one-column (85 mm), two-columns (178 mm) or mm: a layout for print (default: as on the page)");
   command.add_option("--text", options.style.text, "Its text's size, points")
       ->check(CLI::Range(5.0, 14.0))
       ->capture_default_str();
@@ -187,7 +188,7 @@ std::string still_of(const Scene& scene, int threads) {
   TimeSheetSettings sheet;
   sheet.comparison.step = scene.step;
   sheet.comparison.has_reference = false;
-  sheet.comparison.threads = std::max(threads, 1);
+  sheet.comparison.threads = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
   for (const Algorithm algorithm :
        {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     PanelChoice panel;
@@ -221,6 +222,7 @@ void report(const ReportOptions& options) {
     merge_sweep(sweep, results);
     report::FigureSource source;
     source.records = read_records(results);
+    progress.clear();
     if (cost) return print(report::equal_cost_of_descendants(source.records, *cost));
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
@@ -236,7 +238,7 @@ void report(const ReportOptions& options) {
     if (block.kind != report::Document::Block::Kind::picture) continue;
     fs::path file = options.output / block.file;
     write_file(file, block.content);
-    for (const auto& [extension, text] : block.beside) write_file(file.replace_extension(extension), text);
+    for (const auto& [suffix, text] : block.other_files) write_file(file.replace_extension(suffix), text);
   }
   for (const auto& [name, text] :
        {std::pair("report.md", report::to_markdown(page)), std::pair("report.html", report::to_html(page))}) {
@@ -259,7 +261,7 @@ void add_report_command(CLI::App& app) {
   command->add_option("--output", options->output, "Folder of the page, its figures and the sweep's results")
       ->capture_default_str();
   command->add_option("--scenes", options->scenes,
-                      "Folder of the scenes that 'properties' in the sweep file asks for (the sweep file's)");
+                      "Folder of the scenes for the sweep file's 'properties' (default: that file's folder)");
   command->add_option("--table", options->table,
                       "Print this table alone as Markdown: descendants-rows, descendants-time");
   command->add_flag("--maps", options->maps, "Also map each scene over n and h, and over τ and κ");
@@ -268,8 +270,8 @@ void add_report_command(CLI::App& app) {
       ->capture_default_str();
   options->cache.add_to(*command);
   command->footer(
-      "What the folder holds of the sweep already is not run again. report.html needs no other file. 'report "
-      "figure' draws one figure, 'report claims' measures what Nohra's report claims.\n"
+      "Jobs that are finished in the output folder are not run again. report.html needs no other file. "
+      "'report figure' draws one figure, 'report claims' measures what Nohra's report claims.\n"
       "Example:\n  substep report --output report\n  substep report scenes/pendulum.gltf "
       "scenes/box_stack.gltf");
   add_figure_command(*command);

@@ -65,10 +65,10 @@ class Camera {
     this.pitch = Math.max(-1.5, Math.min(1.55, this.pitch + 0.008 * dy));
   }
 
-  /** Moves the target by pixels of a picture of this height. */
-  pan(dx, dy, height) {
-    const {right, up} = this.axes();
-    const step = 2 * this.tangent * this.distance / height;
+  /** Moves the target by pixels of a picture. */
+  pan(dx, dy, picture) {
+    const {right, up, y} = this.view([0, 0, picture.clientWidth, picture.clientHeight]);
+    const step = 2 * y * this.distance / picture.clientHeight;
     this.target = plus(plus(this.target, right, -dx * step), up, dy * step);
   }
 

@@ -23,7 +23,7 @@ std::string milliseconds(const SweepRecord& record) {
   return fmt::format("{:.3g} ± {:.0f} %", 1000 * cpu_time_of(record), 100 * spread);
 }
 
-/// Returns milliseconds, or rows where there are no times.
+/// Returns the CPU time of a simulated second or, where the run was not timed, its row solves.
 std::string price(const SweepRecord& record) {
   return record.times ? milliseconds(record) : short_number(row_rate(record));
 }
@@ -40,8 +40,9 @@ std::string settings_text(const SweepRecord& record, bool joints) {
 const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, double metres, bool is_ours) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
-    const bool is_of_side = is_ours ? record.engine.empty() : is_other_engine(record);
-    if (!is_of_side || !record.metrics || !record.times || !record.metrics->bounded) continue;
+    const bool is_five = is_own_run(record) && is_of_report(record.settings.algorithm);
+    if (!(is_ours ? is_five : is_other_engine(record))) continue;
+    if (!record.metrics || !record.times || !record.metrics->bounded) continue;
     if (!(record.metrics->error.position.rms <= metres)) continue;
     if (!best || record.times->median < best->times->median) best = &record;
   }
@@ -50,8 +51,8 @@ const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, doub
 
 /// Returns which of two runs is cheaper, and the ratio of their times.
 std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
-  if (!ours) return "the other: ours are not there";
-  if (!theirs) return "ours: no other is there";
+  if (!ours) return "the other alone";
+  if (!theirs) return "ours alone";
   const double ratio = theirs->times->median / ours->times->median;
   return ratio >= 1 ? fmt::format("ours, {:.2g} times", ratio)
                     : fmt::format("the other, {:.2g} times", 1 / ratio);
@@ -73,7 +74,9 @@ std::string cost_title(const std::vector<SweepRecord>& records) {
 
 TextTable choices_table(const std::vector<SweepRecord>& records) {
   const std::string unit = cost_title(records);
-  TextTable table{{"scene", "for 1 % of its size", unit, "for 0.1 %", unit}, {}};
+  TextTable table{{"scene"}, {}};
+  for (const double tolerance : choice_tolerances)
+    table.head.insert(table.head.end(), {fmt::format("for {:g} % of its size", 100 * tolerance), unit});
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
     if (std::ranges::none_of(own, is_own_run)) continue;
@@ -89,7 +92,7 @@ TextTable choices_table(const std::vector<SweepRecord>& records) {
 }
 
 TextTable choice_table(const std::vector<SweepRecord>& own) {
-  TextTable table{{"for", "take", has_times(own) ? "CPU, ms" : "rows", error_or_gap_title(own)}, {}};
+  TextTable table{{"for", "take", cost_title(own), error_or_gap_title(own)}, {}};
   for (const double tolerance : choice_tolerances) {
     const auto run = cheapest(own, tolerance);
     table.rows.push_back({fmt::format("{:g} %", 100 * tolerance),
@@ -100,25 +103,15 @@ TextTable choice_table(const std::vector<SweepRecord>& own) {
 }
 
 TextTable references_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "reference", "until, s", "where it ends", "its uncertainty, m", "rad",
-                   "smallest error, m", "size, m"},
-                  {}};
+  TextTable table{
+      {"scene", "reference", "valid to, s", "why it ends", "uncertainty, m", "uncertainty, rad", "size, m"},
+      {}};
   for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    double smallest = INFINITY;
-    for (const SweepRecord& record : own) {
-      // Skip errors that are rounding.
-      if (record.metrics && record.metrics->error.position.rms > smallest_plotted_error * record.size &&
-          exceeds_uncertainty(record)) {
-        smallest = std::min(smallest, record.metrics->error.position.rms);
-      }
-    }
-    const SweepRecord& first = own.front();
+    const SweepRecord first = of_scene(records, scene).front();
     table.rows.push_back(
         {scene, first.reference, fmt::format("{:.3g}", first.horizon),
-         first.divergence_point.empty() ? "as asked" : fmt::format("{} parts", first.divergence_point),
-         short_number(first.uncertainty), short_number(first.turn_uncertainty), short_number(smallest),
-         short_number(first.size)});
+         first.divergence_point.empty() ? "as requested" : fmt::format("{} diverges", first.divergence_point),
+         short_number(first.uncertainty), short_number(first.turn_uncertainty), short_number(first.size)});
   }
   return table;
 }
@@ -150,13 +143,12 @@ EqualRows equal_rows(const std::vector<SweepRecord>& records) {
 }
 
 TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "", "A1", "A2", "A3", "A4", "A5"}, {}};
+  TextTable table{{"scene", "at most, " + cost_title(records), "A1", "A2", "A3", "A4", "A5"}, {}};
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
     const auto cheap = cheapest(own, 0.01);
     if (!cheap) continue;
     const double most = equal_cost_factor * time_or_rows(*cheap);
-    table.head[1] = cheap->times ? "at most, ms a simulated second" : "at most, rows a simulated second";
     std::array<const SweepRecord*, 5> best{};
     std::array<bool, 5> ran{};
     std::array<bool, 5> affordable{};
@@ -174,15 +166,16 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
       if (run && (!winner || error_or_gap_of(*run) < error_or_gap_of(*winner))) winner = run;
     }
     const double shown = cheap->times ? 1000 * most : equal_cost_factor * row_rate(*cheap);
-    std::vector<std::string> row{scene, short_number(shown)};
+    const bool has_other_unit = !cheap->times && has_times(records);
+    std::vector<std::string> row{scene, short_number(shown) + (has_other_unit ? " rows" : "")};
     for (std::size_t i = 0; i < best.size(); ++i) {
       if (!best[i]) {
-        row.push_back(!ran[i] ? "not run" : affordable[i] ? "lost" : "costs more");
+        row.push_back(!ran[i] ? "not run" : affordable[i] ? "not bounded" : "costs more");
         continue;
       }
       const std::string text =
           fmt::format("{}, {}", percent(error_or_gap_of(*best[i])), settings_text(*best[i], has_joints(own)));
-      // Mark all that are as good as the best to a twentieth
+      // Mark all errors within 5 % of the best
       row.push_back(error_or_gap_of(*best[i]) <= 1.05 * error_or_gap_of(*winner) ? fmt::format("**{}**", text)
                                                                                  : text);
     }
@@ -192,15 +185,14 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
 }
 
 TextTable runs_table(const std::vector<SweepRecord>& runs) {
-  TextTable table{{"", "RMS error", "largest, m", "joint gap, m", "overlap, m", "energy, J: end − start",
+  TextTable table{{"", "RMS error", "joint gap, m", "overlap, m", "energy, J: end − start",
                    "rows a simulated s", "ms a simulated s"},
                   {}};
   for (const SweepRecord& run : runs) {
     const Metrics& x = *run.metrics;
     table.rows.push_back({run.label, (exceeds_uncertainty(run) ? "" : "≈") + percent(error_or_gap_of(run)),
-                          short_number(x.error.position.largest), short_number(x.joint_gap),
-                          short_number(x.penetration), short_number(x.energy_change),
-                          short_number(row_rate(run)), milliseconds(run)});
+                          short_number(x.joint_gap), short_number(x.penetration),
+                          short_number(x.energy_change), short_number(row_rate(run)), milliseconds(run)});
   }
   return table;
 }

@@ -30,7 +30,7 @@ class RowMap {
     find_directions();
   }
 
-  /// Returns the map of (velocities, gaps over hs) in these directions.
+  /// Returns the map of (velocities, gaps over h_s) in these directions.
   Eigen::MatrixXd map(const Stabilization& by, int iterations) {
     const Eigen::Index count = directions_.cols();
     Eigen::MatrixXd result(2 * count, 2 * count);
@@ -105,11 +105,10 @@ double substep_radius(const Scene& scene, const Stabilization& by, int iteration
 }
 
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings) {
-  constexpr std::size_t most_joints = 20;  // of up to five rows
-  if (settings.algorithm < Algorithm::a3 || scene.joints.empty() || scene.joints.size() > most_joints ||
-      !is_rigid(build_model(scene))) {
+  constexpr std::size_t most_joints = 20;
+  if (settings.algorithm < Algorithm::a3 || !is_of_report(settings.algorithm)) return std::nullopt;
+  if (scene.joints.empty() || scene.joints.size() > most_joints || !is_rigid(build_model(scene)))
     return std::nullopt;
-  }
   return substep_radius(scene, {settings.tau, settings.kappa}, settings.iterations, settings.joints);
 }
 

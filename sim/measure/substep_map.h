@@ -3,8 +3,8 @@
 /// from sub-step to sub-step at every step size, and smaller sub-steps make it worse.
 ///
 /// The coordinates are fixed and all joints are hard. Motion along the freedoms of joints is constant and
-/// left out. A row's bias is its gap over hs, so that hs cancels. Rows that share bodies differ from one row,
-/// whose radius is known (stability_border()), by the sweep's order and m.
+/// left out. A row's bias is its gap over the sub-step's length h_s, so that h_s cancels. Rows that share
+/// bodies differ from one row, whose radius is known (stability_border()), by the sweep's order and m.
 
 #include <filesystem>
 #include <optional>
@@ -21,9 +21,9 @@ namespace substep {
 /// and no contacts. Its velocities do not count. All three have equal maps, since the coordinates are fixed.
 double substep_radius(const Scene& scene, const Stabilization& by, int iterations, Joints joints);
 
-/// Returns the spectral radius for the settings of a run. Returns nothing for A1 and A2, for scenes with
-/// other rows than those of hard joints, and above a hundred rows, since eigenvalues would take longer than
-/// the run.
+/// Returns the spectral radius for the settings of a run. Returns nothing for algorithms other than A3 to A5,
+/// for scenes without joints or with other rows than those of hard joints, and above 20 joints, since the
+/// radius would take longer than the run.
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
 
 /// Spectral radius above which, by more than rounding, gaps and velocities grow from sub-step to sub-step.
@@ -32,8 +32,8 @@ inline constexpr double growing_radius = 1 + 1e-6;
 /// Returns the scene with rods in place of springs: soft limits become hard.
 Scene without_springs(Scene scene);
 
-/// Returns the scene at rest at so many instants of its motion by A1 at small steps, `interval` s apart, from
-/// the start on.
+/// Returns `count` copies of the scene at rest, posed as at the times 0, `interval`, 2 `interval` … (s) of a
+/// run of A1 at small steps.
 std::vector<Scene> positions_of(const Scene& scene, int count, double interval);
 
 /// A system of rows, and the positions at which it is measured.
@@ -45,7 +45,7 @@ struct CoupledRows {
 /// κ with which no coupled system grows for τ up to 1 (claim 15).
 inline constexpr double lower_kappa = 0.7;
 
-inline constexpr std::string_view coupled_governor = "governor, rods";
+inline constexpr std::string_view coupled_governor = "governor, rods";  ///< of coupled_rows()
 
 /// Returns systems of scenes in `folder`: one row, a block of three, chains and closed loops. Throws Error
 /// where one cannot be read.

@@ -21,6 +21,20 @@ int first(const Axes& axes, bool is_in) {
   return axes[0] == is_in ? 0 : axes[1] == is_in ? 1 : 2;
 }
 
+bool is_lock(const JointLimit& limit) {
+  return limit.min == 0 && limit.max == 0 && !limit.stiffness;
+}
+
+/// Returns the linear or angular axes that hard limits, one or several, lock at zero.
+Axes locked_axes(const Joint& joint, bool angular) {
+  Axes locked{};
+  for (const JointLimit& limit : joint.limits) {
+    if (limit.angular != angular || !is_lock(limit)) continue;
+    for (int axis = 0; axis < 3; ++axis) locked[axis] = locked[axis] || limit.axes[axis];
+  }
+  return locked;
+}
+
 JointCoordinate coordinate_of(const JointLimit& limit) {
   using Kind = JointCoordinate::Kind;
   switch (count(limit.axes)) {
@@ -43,30 +57,23 @@ void add_limit(const JointLimit& limit, const Attachment& at, Model& model) {
     model.limits.push_back({at, coordinate, side, bound, soft, stiffness, limit.damping});
   };
   using Kind = JointCoordinate::Kind;
-  const bool is_length =
-      coordinate.kind != Kind::position && coordinate.kind != Kind::twist;  // never negative
+  const bool is_non_negative = coordinate.kind != Kind::position && coordinate.kind != Kind::twist;
   if (limit.min == limit.max) {
-    add(is_length && limit.max <= 0 ? Limit::Side::high : Limit::Side::both, limit.max);
+    add(is_non_negative && limit.max <= 0 ? Limit::Side::high : Limit::Side::both, limit.max);
     return;
   }
-  if (std::isfinite(limit.min) && !(is_length && limit.min <= 0)) add(Limit::Side::low, limit.min);
+  if (std::isfinite(limit.min) && !(is_non_negative && limit.min <= 0)) add(Limit::Side::low, limit.min);
   if (std::isfinite(limit.max)) add(Limit::Side::high, limit.max);
 }
 
 void add_joint(const Scene& scene, const Joint& joint, Model& model) {
   const Attachment at{joint.body_b, joint.body_a, joint.frame_b, joint.frame_a};
-  // Axes locked at zero, by whichever limits, go into blocks; the rest are rows of their own.
-  Axes linear{};
-  Axes angular{};
   for (const JointLimit& limit : joint.limits) {
-    if (limit.min == 0 && limit.max == 0 && !limit.stiffness) {
-      for (int axis = 0; axis < 3; ++axis) {
-        if (limit.axes[axis]) (limit.angular ? angular : linear)[axis] = true;
-      }
-    } else {
-      add_limit(limit, at, model);
-    }
+    if (!is_lock(limit)) add_limit(limit, at, model);
   }
+  // Two or three locked axes form a block, one alone is a row
+  const Axes linear = locked_axes(joint, false);
+  const Axes angular = locked_axes(joint, true);
   const auto lock_one = [&](JointCoordinate::Kind kind, int axis) {
     model.limits.push_back({at, {kind, axis}, Limit::Side::both, 0, false, 0, 0});
   };
@@ -111,9 +118,7 @@ std::string counted(std::size_t number, const char* thing) {
 }  // namespace
 
 bool holds_anchors_together(const Joint& joint) {
-  return std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
-    return !limit.angular && limit.axes == Axes{true, true, true} && limit.min == 0 && limit.max == 0;
-  });
+  return count(locked_axes(joint, false)) == 3;
 }
 
 Model build_model(const Scene& scene) {

@@ -84,11 +84,11 @@ std::optional<Joints> joints_named(std::string_view name);
 /// Throws Error naming the first setting that cannot be used (a step that is not positive, κ = 0, …).
 void check(const Settings& settings);
 
-/// Returns the settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60". Where contacts have
-/// their own τ and κ, these follow a slash: "τ=0.6/0.9 κ=1/0.7".
+/// Returns the algorithm and the settings that it reads: n, m, joints and h always, others where they differ
+/// from Settings{}: "A3  n=4 m=1 plain  h=1/60". Contacts' own τ and κ follow a slash: "τ=0.6/0.9 κ=1/0.7".
 std::string label(const Settings& settings);
 
-/// Returns τ or κ with six digits; a value of contacts alone follows a slash: "0.6/0.9".
+/// Return τ and κ with six digits; the contacts' own follow a slash: "0.6/0.9".
 std::string tau_text(const Settings& settings);
 std::string kappa_text(const Settings& settings);
 

@@ -222,12 +222,13 @@ TEST_F(SweepResults, NameTheSideAheadAtEachError) {
   add("", 0.002, 2);
   add("peer", 0.05, 0.25);
   add("peer", 0.008, 4);
-  add("order-4", 0, 1e-9);  // ours, but none of the five
+  for (const char* const engine : {"order-4", ""}) add(engine, 0, 1e-9);  // ours, but none of the five
+  records.back().settings.algorithm = Algorithm::soft;
   std::vector<std::string> rows;
   for (const std::vector<std::string>& row : ahead_table(records).rows)
     rows.push_back(row[1] + ": " + row.back());
   EXPECT_THAT(rows, testing::ElementsAre("100 mm: the other, 2 times", "30 mm: ours, 8 times",
-                                         "10 mm: ours, 2 times", "3 mm: ours: no other is there"));
+                                         "10 mm: ours, 2 times", "3 mm: ours alone"));
 }
 
 TEST_F(SweepResults, LimitEqualCostToTwiceTheCheapest) {
