@@ -28,8 +28,8 @@ struct LookVertex {
   std::array<float, 2> density{};          ///< units of each set of coordinates in a metre of the surface
 };
 
-/// Returns the looks of a mesh whose vertices lie at `positions` and have `normals` in the body frame, to
-/// which `linear` took them. Tangents that the mesh lacks follow from the coordinates of its normal texture.
+/// Returns the further attributes of a mesh with these positions and normals in the body frame, to which
+/// `linear` took them. Missing tangents follow from the normal texture's coordinates, `set_of_normals`.
 std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
                                       const std::vector<Vector3>& positions,
                                       const std::vector<Vector3>& normals, int set_of_normals);
@@ -37,7 +37,7 @@ std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
 /// Returns whether drawing the scene needs more than a colour and a finish for each surface.
 bool needs_looks(const Scene& scene);
 
-/// The bounding box, in the body frame, of a visual or of a collider of a body without visuals.
+/// The triangles of a visual, or of a collider where a body has no visual, and their box in the body frame.
 struct Part {
   int body = world_body;
   Vector3 low = Vector3::Zero();

@@ -73,7 +73,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
     low_eye = glm::min(low_eye, glm::dvec2(p) + p.z * tangents);
     high_eye = glm::max(high_eye, glm::dvec2(p) - p.z * tangents);
   };
-  // A hundred frames of a run show where its bodies go.
+  // At least a hundred frames of a run show where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
   constexpr double farthest = 1000;
   Vector3 low = Vector3::Constant(infinity);
@@ -90,7 +90,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
       }
     }
   }
-  // Hold only the surroundings of bodies in the world: a whole ground would make the bodies small.
+  // Of the world's parts hold only what is near the moving bodies: a whole ground would make them small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinity ? 0.15 * (high - low).norm() : infinity);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;
@@ -132,11 +132,11 @@ View stepped_back(const View& view, std::span<const Part> parts,
     middle += centre_of(part);
   }
   middle /= static_cast<double>(std::max<std::size_t>(1, held.size()));
-  double stage = 0;
+  double stage = 0;  // radius of a ball about the middle, beyond which nothing is held
   for (const Part* part : held) {
     stage = std::max(stage, 2.5 * ((centre_of(*part) - middle).norm() + part->half_size().norm()));
   }
-  // Hold the body that stays nearest to the end: no picture is empty.
+  // Widen the stage to the nearest body of each frame, so that no picture is empty.
   for (const std::vector<Coordinates>& frame : frames) {
     double nearest = infinity;
     for (const Part* part : held) {

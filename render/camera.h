@@ -43,15 +43,14 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 View view_from(const Camera& camera, double aspect);
 
 /// Returns a three-quarter view from slightly above that holds all moving parts at all the given frames'
-/// poses, and parts of the world near them, except scenery. Poses that are not finite or farther than any
-/// picture should show are left out.
+/// poses, and parts of the world near them, except scenery. Ignores poses that are not finite or too far away
+/// to show.
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);
 
-/// Returns the view from farther back, as far as is needed to hold all moving parts at the given frames'
-/// poses, and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half
-/// times as far out as anything is at the first frame) is ignored, and so is what is larger by a quarter than
-/// a picture of 16:9 is wide there: a belt or a rail without an end, a plate that all stands on.
+/// Returns the view moved back until it holds all moving parts at the given frames' poses, and those parts of
+/// the world whose middle `view` shows. Ignores points that leave the scene (2.5 times its extent at the
+/// first frame) and parts 1.25 times as wide as a 16:9 picture at their distance: belts, ground plates.
 View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames);
 

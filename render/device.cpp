@@ -128,7 +128,7 @@ void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& 
 void set_lamps(GLuint program, const Lamps& lamps) {
   glUniform1i(glGetUniformLocation(program, "light_count"), lamps.count);
   for (const auto& [name, values] :
-       {std::pair("light_places", &lamps.places), std::pair("light_axes", &lamps.axes),
+       {std::pair("light_positions", &lamps.places), std::pair("light_axes", &lamps.axes),
         std::pair("light_cones", &lamps.cones), std::pair("light_colors", &lamps.colors)}) {
     glUniform4fv(glGetUniformLocation(program, name), most_lamps, glm::value_ptr(values->front()));
   }

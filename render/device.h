@@ -3,12 +3,11 @@
 ///
 /// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
 /// drawing a hundred small pictures. So renderers share devices, one for every two processors, and devices
-/// outlive them. Frames set their state of a device while its context is current.
+/// outlive them. A frame sets all the state that it needs while the device's context is current.
 
 #include <glm/vec4.hpp>
 #include <map>
 #include <memory>
-#include <string_view>
 
 #include "render/gl.h"
 #include "render/lighting.h"
@@ -26,7 +25,7 @@ struct Device {
   int disc_vertices = 0;    ///< the centre, the corners, and the first corner again
   GLuint nothing = 0;       ///< vertex array for programs without attributes
   GLuint frame_buffer = 0;  ///< of the block Frame
-  Target relief;            ///< Relief::size²
+  Target relief;            ///< for the heights of bodies above the ground, Relief::size² pixels
   GLuint occlusion = 0;     ///< texture, Relief::size²
 
   Device();
@@ -58,7 +57,7 @@ void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& 
 /// Sets the uniforms of lamps for `program`, which is in use.
 void set_lamps(GLuint program, const Lamps& lamps);
 
-/// Returns the device with the fewest users, or a new one. Any thread.
+/// Returns the device with the fewest users, or a new one. May be called from any thread.
 std::shared_ptr<Device> take_device();
 
 }  // namespace substep::render

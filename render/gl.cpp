@@ -76,7 +76,7 @@ constexpr std::array samplers{"shadow_depth",      "shadow_test",     "shadow_ne
                               "occlusion_texture", "emission_texture"};
 
 /// The uniform blocks of the shaders, by Block.
-constexpr std::array blocks{"Frame", "ClipPlaces", "WorldPlaces"};
+constexpr std::array blocks{"Frame", "ClipPoses", "WorldPoses"};
 
 /// Throws std::logic_error where a shader or program was not made, with its log.
 template <typename GetNumber, typename GetLog>

@@ -116,8 +116,8 @@ enum Unit : GLint {
   surface_texture_unit,  ///< the first of five, by Surface::Role
 };
 
-/// Bindings of uniform blocks: the frame's, and the bodies' poses.
-enum Block : GLuint { frame_block, clip_places_block, world_places_block };
+/// Bindings of uniform blocks: the frame, the bodies' poses in clip space, and those in the world.
+enum Block : GLuint { frame_block, clip_poses_block, world_poses_block };
 
 /// Compiles and links shaders, given without their version line, and uses the program. Throws
 /// std::logic_error with the compiler's message: our own shaders are at fault then.

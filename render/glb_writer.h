@@ -23,21 +23,21 @@ class GlbWriter {
   /// Appends an entry to a list of the file and returns its index.
   int add(const char* list, Json entry);
 
-  /// Returns the node's index; the node belongs to the file's one scene.
+  /// Adds a node to the file's one scene; returns its index.
   int add_node(Json node);
 
-  /// Returns the accessor's index. `width`: numbers of an element, 1 to 4. `is_attribute`: of vertices, not
-  /// of an animation. `has_range`: the file has the least and largest numbers.
+  /// Adds an accessor; returns its index. `width`: numbers of an element, 1 to 4. `is_attribute`: of
+  /// vertices, not of an animation. `has_range`: the accessor has the least and largest numbers.
   int add_floats(const std::vector<float>& values, int width, bool has_range, bool is_attribute);
   int add_indices(const std::vector<std::uint32_t>& indices);
 
-  /// Returns the material's index, the same for equal surfaces of a scene; stores images of textures once.
+  /// Adds a material unless an equal one is stored; returns its index. Stores each image once.
   int add_material(const Surface& surface, const Scene& scene);
 
   /// Lists the extension as used.
   void use(const char* extension) { add_once("extensionsUsed", extension); }
 
-  std::string bytes();
+  std::string bytes();  ///< returns the file
 
  private:
   int add_once(const char* list, const Json& entry);
@@ -47,7 +47,7 @@ class GlbWriter {
   Json root_;
   std::string binary_;
   std::vector<int> roots_;
-  std::map<int, int> images_;  ///< the file's, by the scene's index
+  std::map<int, int> images_;  ///< the file's index of each image, by the scene's
 };
 
 }  // namespace substep::render

@@ -75,7 +75,7 @@ double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
   return p.y() + along * upright - radius * std::sqrt(std::max(1 - upright * upright, 0.0));
 }
 
-/// Returns the lowest height that the part's corners can reach as its body hangs on the world; −∞ without a
+/// Returns a lower bound of the height of the part's corners as its body hangs on the world; −∞ without a
 /// joint.
 double lowest_hanging(const Part& part, std::span<const Anchor> anchors, std::span<const Hold> holds) {
   double lowest = infinity;
@@ -102,8 +102,8 @@ double lowest_hanging(const Part& part, std::span<const Anchor> anchors, std::sp
   return lowest;
 }
 
-/// A ring of cells around a cell: their offsets in eight directions, and the distances between which each
-/// stands for its direction, all in cells.
+/// A ring of eight cells around a cell: their offsets and the range of distances that they represent, all in
+/// cells.
 struct Ring {
   std::array<std::array<int, 2>, 8> offsets{};
   float near = 0;
@@ -129,8 +129,8 @@ std::array<Ring, 11> rings_around_a_cell() {
   return rings;
 }
 
-/// Returns the fraction, in 32nds, of light evenly from all sides that level ground receives from below a
-/// slope height / distance: the square of its sine.
+/// Returns the fraction, in 32nds, of uniform skylight on level ground that comes from below the elevation of
+/// `height` at `distance`: the square of its sine.
 int thirty_seconds(float height, float distance) {
   const float squared = height * height;
   return static_cast<int>(std::lround(32 * squared / (squared + distance * distance)));

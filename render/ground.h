@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "render/body_mesh.h"
-#include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep::render {
 
-/// Returns the height of the world's horizontal plane. Without one: of the world's lowest part, if it is
-/// below all bodies at the start; else a height above which all bodies on joints with the world can swing.
-/// The scene alone determines the height, so that all runs and frames have equal ground.
+/// Returns the height of the world's highest horizontal plane. Without one: the world's lowest point, if no
+/// body starts below it; else a height below all that bodies start at and that bodies hung on the world
+/// reach. The scene alone determines the height, so that all runs and frames have equal ground.
 double ground_height(const Scene& scene, std::span<const Part> parts);
 
 /// The least and the greatest height, m, of surfaces over each cell of a square of the ground; the greatest

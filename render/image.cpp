@@ -53,7 +53,7 @@ unsigned char* deflated(const unsigned char* bytes, int size, int* result_size, 
 namespace substep::render {
 namespace {
 
-/// Guards the filter of stb, which is one of all threads.
+/// Guards stbi_write_force_png_filter, a global variable that to_small_png() changes.
 std::shared_mutex filter_in_use;
 
 std::string png_of(const std::uint8_t* pixels, int width, int height, int channels, int level) {
@@ -67,7 +67,7 @@ std::string png_of(const std::uint8_t* pixels, int width, int height, int channe
   return file;
 }
 
-/// Returns an image's pixels of so many bytes each; none where the file is not whole.
+/// Returns the pixels with `channels` bytes each; empty where the file cannot be decoded.
 std::vector<std::uint8_t> decoded(std::string_view file, int channels, int& width, int& height) {
   int channels_in_file = 0;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
@@ -78,19 +78,18 @@ std::vector<std::uint8_t> decoded(std::string_view file, int channels, int& widt
   return {pixels.get(), pixels.get() + std::size_t{1} * width * height * channels};
 }
 
-/// Returns the compressed rows of a PNG of 8-bit RGB that is not interlaced, which PDF knows too.
+/// Returns the IDAT data of a PNG of 8-bit RGB that is not interlaced: PDF reads such rows, too.
 std::string compressed_rows(const std::string& png) {
-  const auto number = [&png](std::size_t at) {
+  const auto big_endian = [&png](std::size_t at) {
     std::size_t value = 0;
     for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(png.at(at + i));
     return value;
   };
   std::string rows;
   constexpr std::size_t signature = 8;
-  constexpr std::size_t around = 12;  // length, kind and checksum of a chunk
-  for (std::size_t at = signature; at + around <= png.size(); at += around + number(at)) {
-    if (png.compare(at + 4, 4, "IDAT") == 0) rows += png.substr(at + 8, number(at));
-  }
+  constexpr std::size_t overhead = 12;  // length, kind and checksum of a chunk
+  for (std::size_t at = signature; at + overhead <= png.size(); at += overhead + big_endian(at))
+    if (png.compare(at + 4, 4, "IDAT") == 0) rows += png.substr(at + 8, big_endian(at));
   return rows;
 }
 
@@ -98,9 +97,8 @@ std::string compressed_rows(const std::string& png) {
 
 std::uint64_t hash(const Image& image) {
   std::uint64_t value = fnv1a_start;
-  for (const int size : {image.width, image.height}) {
+  for (const int size : {image.width, image.height})
     value = fnv1a_of_number(static_cast<std::uint32_t>(size), 4, value);
-  }
   return fnv1a({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()}, value);
 }
 
@@ -115,10 +113,10 @@ std::string zlib_compressed(std::string_view bytes, int level) {
 }
 
 Image from_png(std::string_view bytes, const std::string& name) {
-  if (!bytes.starts_with("\x89PNG")) throw Error(name + ": not a whole PNG image (it begins otherwise)");
+  if (!bytes.starts_with("\x89PNG")) throw Error(name + ": is not a complete PNG image (no PNG signature)");
   Image image;
   image.rgb = decoded(bytes, 3, image.width, image.height);
-  if (image.rgb.empty()) throw Error(name + ": not a whole PNG image (" + stbi_failure_reason() + ")");
+  if (image.rgb.empty()) throw Error("{}: is not a complete PNG image ({})", name, stbi_failure_reason());
   return image;
 }
 
@@ -129,10 +127,9 @@ Texels decode_texels(std::string_view bytes, const std::string& name) {
   const int is_known =
       stbi_info_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
                             &texels.width, &texels.height, &channels);
-  if (is_known != 0 && std::max(texels.width, texels.height) > longest_texture) {
+  if (is_known != 0 && std::max(texels.width, texels.height) > longest_texture)
     throw Error("{}: has {}×{} pixels; images on surfaces have at most {} each way: make it smaller", name,
                 texels.width, texels.height, longest_texture);
-  }
   if (is_known != 0) texels.rgba = decoded(bytes, 4, texels.width, texels.height);
   if (texels.rgba.empty())
     throw Error("{}: is not a complete PNG or JPEG image ({})", name, stbi_failure_reason());

@@ -1,6 +1,6 @@
 #pragma once
-/// The colours of algorithms and engines in all our films and figures: those of Okabe and Ito, which people
-/// who see colours differently tell apart too.
+/// The colours of algorithms and engines in all our films and figures. On white, orange to sky are Okabe and
+/// Ito's palette, which colour-blind people tell apart too.
 
 #include <array>
 #include <string_view>
@@ -29,14 +29,13 @@ inline constexpr std::array<Ink, 11> inks{{{"#222222", "#e6e6e6"},
                                            {"#3300ff", "#8a7bff"},
                                            {"#7766ff", "#c4bcff"}}};
 
-/// Returns the index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion; Soft Step purple, AVBD
-/// sky.
+/// Returns the index: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion, Soft Step purple, AVBD sky.
 constexpr int hue_of(Algorithm algorithm) {
   return static_cast<int>(algorithm);
 }
 
-/// Returns the index of `inks` of an engine: Bullet brown, ODE sky, MuJoCo violet, MuJoCo 3 lavender; Jolt
-/// and Rapier have the inks of A2 and A4, which are seldom beside them. Commands are grey.
+/// Returns the index of `inks` of an engine: Bullet brown, MuJoCo violet, MuJoCo 3 lavender, commands grey.
+/// Jolt, Rapier and ODE have the inks of A2, A4 and AVBD, which are seldom beside them.
 constexpr int hue_of_engine(std::string_view name) {
   if (name.starts_with("jolt")) return 1;
   if (name.starts_with("rapier")) return 3;

@@ -28,10 +28,10 @@ std::string filled(std::string_view page, const std::vector<std::pair<std::strin
     const std::size_t open = page.find("{{");
     const std::size_t close = page.find("}}", open);
     result += page.substr(0, open);
-    if (close == std::string_view::npos) break;
+    if (open == std::string_view::npos) break;
     const std::string_view name = page.substr(open + 2, close - open - 2);
     const auto found = std::ranges::find(contents, name, &std::pair<std::string, std::string>::first);
-    if (found == contents.end()) throw std::logic_error("a page has a field without content");
+    if (found == contents.end()) throw std::logic_error("a page has no content for " + std::string(name));
     result += found->second;
     page.remove_prefix(close + 2);
   }

@@ -18,7 +18,7 @@ struct TileSize {
   int height;
 };
 
-/// Returns the size that is drawn at once: software OpenGL takes 16384 samples a side, and 60 bytes a sample.
+/// Returns the size drawn at once: software OpenGL has 16384 samples a side, two a pixel, of 60 bytes each.
 TileSize size_of_tile(const RenderSettings& settings) {
   constexpr int longest = 8192;
   constexpr std::int64_t most = 1 << 23;
@@ -29,7 +29,7 @@ TileSize size_of_tile(const RenderSettings& settings) {
   return {std::min(settings.width, side), std::min(settings.height, side)};
 }
 
-/// Returns whether the surface emits or transmits light, or has an occlusion texture.
+/// Returns whether the surface is blended, emits light or has an occlusion texture.
 bool shines_or_shades(const Surface& surface) {
   return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
          surface.textures[Surface::occlusion_texture].image >= 0;
@@ -60,7 +60,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   surfaces = Surfaces(objects, tile_width * samples(), tile_height * samples(), shines);
   if (has(Surface::Opacity::blended)) layers = {Surfaces(objects, surfaces), Surfaces(objects, surfaces)};
   picture = Target(objects, tile_width, tile_height);
-  lit = LightingBuffer(objects, picture, shines);
+  lighting = LightingBuffer(objects, picture, shines);
   look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error {} while being set up: is libosmesa6 of Mesa 22.3 installed?",
@@ -142,7 +142,7 @@ std::vector<Rectangle> Renderer::Implementation::areas_seen() {
 
 /// Computes the light on what was drawn last, whose depth is given, within `lit_areas`.
 void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas) {
-  glBindFramebuffer(GL_FRAMEBUFFER, lit.framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, lighting.framebuffer);
   glViewport(0, 0, picture.width, picture.height);
   bind_texture(depth_unit, depth);
   glDepthFunc(GL_ALWAYS);
@@ -161,7 +161,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rect
 
 /// Returns the pixels that were read last.
 RenderedPixels Renderer::Implementation::rendered() const {
-  return {picture.width, picture.height, samples(), picture.pixels, lit.pixels[0], lit.pixels[1]};
+  return {picture.width, picture.height, samples(), picture.pixels, lighting.pixels[0], lighting.pixels[1]};
 }
 
 Image Renderer::Implementation::draw(Poses poses) {
@@ -181,7 +181,6 @@ Image Renderer::Implementation::draw(Poses poses) {
 }
 
 Image Renderer::Implementation::draw_tile(Poses poses) {
-  glEnable(GL_DEPTH_TEST);
   glBindBuffer(GL_UNIFORM_BUFFER, device->frame_buffer);
   glBufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_STREAM_DRAW);
   glBindBufferBase(GL_UNIFORM_BUFFER, frame_block, device->frame_buffer);
@@ -204,7 +203,7 @@ Image Renderer::Implementation::draw_tile(Poses poses) {
   draw_surroundings(shaders::Shade::shadow, ground_areas.shadowed);
   picture.read();
   copy_backdrop(ground_areas.open);
-  lit.read(picture);
+  lighting.read(picture);
   return has(Surface::Opacity::blended) ? draw_layers(poses) : resolved(rendered());
 }
 

@@ -95,7 +95,7 @@ void Renderer::Implementation::set_poses(GLuint program, const glm::dmat4& clip,
     glBindBuffer(GL_UNIFORM_BUFFER, pose_buffers[block]);
     glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(shaders::bodies_at_once * sizeof(glm::mat4)),
                  blocks[block].data(), GL_STREAM_DRAW);
-    glBindBufferBase(GL_UNIFORM_BUFFER, clip_places_block + block, pose_buffers[block]);
+    glBindBufferBase(GL_UNIFORM_BUFFER, clip_poses_block + block, pose_buffers[block]);
   }
   if (program != 0) glUniform1i(glGetUniformLocation(program, "first_body"), static_cast<GLint>(first));
 }
@@ -231,7 +231,7 @@ bool Renderer::Implementation::draw_layer(Poses poses, std::size_t index) {
   glDeleteQueries(1, &query);
   if (passed == 0) return false;
   light_surfaces(layer.depth, areas);
-  lit.read(picture);
+  lighting.read(picture);
   return true;
 }
 
@@ -240,7 +240,7 @@ Image Renderer::Implementation::draw_layers(Poses poses) {
   constexpr std::size_t most = 8;
   SampleLight result = light_of_samples(rendered());
   std::vector<std::array<std::vector<std::uint8_t>, 3>> drawn;
-  while (drawn.size() < most && draw_layer(poses, drawn.size())) drawn.push_back(lit.pixels);
+  while (drawn.size() < most && draw_layer(poses, drawn.size())) drawn.push_back(lighting.pixels);
   for (auto layer = drawn.rbegin(); layer != drawn.rend(); ++layer) {
     RenderedPixels over = rendered();
     over.first = (*layer)[0];

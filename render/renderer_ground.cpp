@@ -24,7 +24,7 @@ bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
   return is_drawable(q) && (q.linear - to_eigen(view.eye)).norm() < sight;
 }
 
-/// Draws the shadow map.
+/// Fits the key light's view to the bodies in sight, chooses a shadow map, sets its uniforms and draws it.
 void Renderer::Implementation::fit_shadow(Poses poses) {
   std::vector<glm::dvec3> points;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
@@ -52,7 +52,7 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
   shadow->finish();
 }
 
-/// Computes the openness of the ground around the bodies.
+/// Fits the occlusion map to the bodies in sight and computes the ground's openness.
 void Renderer::Implementation::fit_occlusion(Poses poses) {
   Vector3 low = Vector3::Constant(infinity);
   Vector3 high = -low;
@@ -60,8 +60,8 @@ void Renderer::Implementation::fit_occlusion(Poses poses) {
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const Part& part = mesh.parts[i];
     const Coordinates& q = poses[part.body];
-    const Vector3 centre = q.angular * part.centre() + q.linear;
     if (scenery[i] || !is_in_sight(q)) continue;
+    const Vector3 centre = q.angular * part.centre() + q.linear;
     low = low.cwiseMin(centre);
     high = high.cwiseMax(centre);
     largest = std::max(largest, part.half_size().norm());
@@ -78,7 +78,7 @@ void Renderer::Implementation::fit_occlusion(Poses poses) {
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, Relief::size, Relief::size, GL_RED, GL_FLOAT, openness.data());
 }
 
-/// Measures the bodies' heights from straight below and above.
+/// Measures the bodies' least and greatest heights over the square from (low_x, low_z) on, up to `high`, m.
 void Renderer::Implementation::draw_relief(Poses poses, double low_x, double low_z, double high,
                                            Relief& relief) {
   depths.resize(relief.lowest.size());

@@ -44,9 +44,9 @@ struct Renderer::Implementation {
   ShadowMap* shadow = nullptr;           ///< the frame's: one of the device's
   GLuint body_array = 0;                 ///< vertex array
   std::array<GLuint, 2> pose_buffers{};  ///< in the picture and in the world
-  Surfaces surfaces;                     ///< of four samples a pixel if anti-aliased
+  Surfaces surfaces;                     ///< with four samples for each pixel if anti-aliased
   Target picture;
-  LightingBuffer lit;
+  LightingBuffer lighting;
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
   std::vector<float> depths;     ///< read last; kept, since new memory costs as much as reading
 
@@ -55,9 +55,8 @@ struct Renderer::Implementation {
   std::vector<char> backdrop_tiles;  ///< marks of the drawn tiles
   std::vector<std::uint8_t> backdrop;
 
-  // For surfaces with more than a colour.
-  bool looks = false;
-  bool shines = false;  ///< whether a surface emits or transmits light, or has an occlusion texture
+  bool looks = false;   ///< needs_looks(): the scene has textures, lamps or opacity
+  bool shines = false;  ///< whether a surface is blended, emits light or has an occlusion texture
   std::vector<SurfaceTextures> textures;  ///< of each part
   Lamps lamps;
   Surfaces kept;   ///< the world's, as seen with kept_view

@@ -23,7 +23,7 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height);
 struct RenderedPixels {
   int width = 0;
   int height = 0;
-  int samples = 1;  ///< a pixel's side: 1 or 2
+  int samples = 1;  ///< along a pixel's side: 1 or 2
   /// Ground and sky; undefined where bodies cover a pixel wholly.
   std::span<const std::uint8_t> ground;
   /// Bodies. Bit i of its alpha: sample i is of this colour; bit 4 + i: sample i is a body's. Samples are
@@ -33,8 +33,8 @@ struct RenderedPixels {
 };
 
 /// Averages each pixel's samples, and the nearest samples of its neighbours at a third of the weight, in
-/// linear light and in integers: exact everywhere. Copies pixels amid one surface of nearly one colour, or
-/// amid ground and sky.
+/// linear light and in integers: the same on every machine. Copies pixels amid one surface of nearly one
+/// colour, or amid ground and sky.
 Image resolved(const RenderedPixels& rendered);
 
 /// Red, green and blue in 65535ths.
@@ -44,7 +44,8 @@ using LinearColor = std::array<std::uint16_t, 3>;
 using SampleLight = std::vector<LinearColor>;
 SampleLight light_of_samples(const RenderedPixels& rendered);
 
-/// Lays the bodies of `layer` over the samples. `opacities`: of its first and second colour, in 255ths.
+/// Lays the bodies of `layer` over the samples. `opacities`: 4 bytes a pixel, first those of both colours, in
+/// 255ths.
 void lay_over(SampleLight& samples, const RenderedPixels& layer, std::span<const std::uint8_t> opacities);
 
 /// Averages samples like resolved(RenderedPixels), but copies no pixel.

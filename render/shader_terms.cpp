@@ -6,7 +6,7 @@ const char* const frame_glsl = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
   mat4 shadow_from_world;  // x / w, y / w: texture coordinates; z / w: 0–1 along the rays of the key light
-  vec4 eye;                // w: samples a pixel's side
+  vec4 eye;                // w: samples along a pixel's side
   vec4 ray_corner;         // ray through the picture's pixel (x, y): ray_corner + x ray_right + y ray_up
   vec4 ray_right;
   vec4 ray_up;
@@ -18,17 +18,17 @@ layout(std140) uniform Frame {
   vec4 bounce;             // of the ground in light
   vec4 ground_color;       // w: height of the ground
   vec4 ground_reach;       // distances: fading begins, ends; z: weight of the decimetre lines; w: radius of the disc
-  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows.
-                           // Where the key light is a lamp: coordinates and depth 1 m in front of it
+  vec4 shadow_scale;       // x: texture coordinates per metre; y: bias, m; z: metres along the ray for z from 0 to 1;
+                           // w: 1 with shadows. With a lamp as key light x and z hold 1 m in front of it
   vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
   vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
 )";
 
-const char* const places_glsl = R"(
+const char* const poses_glsl = R"(
 layout(location = 8) in float body;
-layout(std140) uniform ClipPlaces { mat4 clip_from_bodies[BODIES]; };
-layout(std140) uniform WorldPlaces { mat4 world_from_bodies[BODIES]; };
+layout(std140) uniform ClipPoses { mat4 clip_from_bodies[BODIES]; };
+layout(std140) uniform WorldPoses { mat4 world_from_bodies[BODIES]; };
 )";
 
 const char* const optics_glsl = R"(
@@ -42,7 +42,7 @@ const char* const optics_glsl = R"(
 #endif
 float square(float x) { return x * x; }
 
-/// Radiance of the sky along a unit direction; below the horizon, of the horizon.
+/// Returns the radiance of the sky along a unit direction; below the horizon, of the horizon.
 vec3 sky_light(vec3 direction) {
   float up = max(direction.y, 0.0);
   float low = 1.0 - up;
@@ -53,7 +53,7 @@ vec3 sky_light(vec3 direction) {
   return color + sun.rgb * (0.07 * glow * (0.35 + 0.65 * haze));
 }
 
-/// Returns the light that a surface of this roughness reflects from a unit direction.
+/// Returns the radiance of sky and ground from a unit direction, averaged over the lobe of this roughness.
 vec3 surroundings(vec3 direction, float roughness) {
   float width = 0.04 + 0.7 * roughness;
   float above = clamp(0.5 + 0.5 * direction.y / width, 0.0, 1.0);
@@ -64,7 +64,7 @@ vec3 surroundings(vec3 direction, float roughness) {
   return mix(bounce.rgb * (0.5 + 0.5 * level), sky_light(rise), above);
 }
 
-/// sRGB's code by roots alone; their fit is within 0.41 of an 8-bit code.
+/// Returns sRGB's code by roots alone; their fit is within 0.41 of an 8-bit code.
 vec3 srgb(vec3 y) {
   vec3 r2 = sqrt(y);
   vec3 r4 = sqrt(r2);
@@ -73,19 +73,19 @@ vec3 srgb(vec3 y) {
   return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
 }
 
-/// Filmic curve (Narkowicz 2015, fitted to the ACES reference).
+/// Returns the filmic curve (Narkowicz 2015, fitted to the ACES reference).
 vec3 film(vec3 radiance) {
   vec3 x = radiance * 0.72;
   return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-/// The filmic curve as an sRGB code.
+/// Returns the filmic curve as an sRGB code.
 vec3 display(vec3 radiance) {
   return srgb(film(radiance));
 }
 
-/// Radiance towards v of a surface in light from l of radiance 1 / cosine.
-/// GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
+/// Returns π times the BRDF for light from l to v: Lambert, and GGX with the height-correlated Smith term as Hammon
+/// (2017) approximates it and Schlick's Fresnel term. `nl`, `nv`: cosines; `facing`: reflectance at normal incidence.
 vec3 scattered(vec3 n, vec3 v, vec3 l, float nl, float nv, vec3 facing, vec3 diffuse, float roughness) {
   vec3 h = normalize(v + l);
   float nh = max(dot(n, h), 0.0);
@@ -117,7 +117,7 @@ vec2 turns(vec2 x, vec2 width) {
   return 2.0 * (sum_a - sum_b) / width;
 }
 
-/// The ground's colour with its checker, and its lines at metres and decimetres.
+/// Returns the ground's colour with its checker, and its lines at metres and decimetres.
 vec3 patterned(vec3 color, vec2 xz, vec2 footprint, float fine_weight) {
   vec2 checker = turns(xz, footprint);
   vec2 joint = lines(xz, footprint, 0.008);
@@ -131,26 +131,26 @@ vec3 patterned(vec3 color, vec2 xz, vec2 footprint, float fine_weight) {
 
 #ifdef LOOKS
 uniform int light_count;
-uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
-uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
-uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
+uniform vec4 light_positions[16];  // w: 1; or the direction towards a light infinitely far, and 0
+uniform vec4 light_axes[16];       // against the direction a spot shines in; w: 1 / range²
+uniform vec4 light_cones[16];      // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
 uniform vec4 light_colors[16];
 
-/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`. `lit` is the
-/// part of the key light that reaches it.
+/// Returns the radiance at `position` of a white surface that faces the light. Sets `towards`, the unit direction to the
+/// light. `lit`: fraction of the key light that reaches the surface.
 vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
-  vec3 way = light_places[i].xyz - light_places[i].w * position;
+  vec3 way = light_positions[i].xyz - light_positions[i].w * position;
   float distance2 = max(dot(way, way), 1e-8);
   towards = way * (1.0 / sqrt(distance2));
   float cone = clamp(dot(light_axes[i].xyz, towards) * light_cones[i].x + light_cones[i].y, 0.0, 1.0);
   // The light fades to nothing at the end of its range, and only in the last part of it.
   float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
-  float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
+  float strength = mix(1.0, fading / max(distance2, 1e-4), light_positions[i].w) * square(cone);
   return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
 }
 #endif
 
-/// Radiance of the ground, of which `lit` of the key light and `open` of the sky's reach `position`.
+/// Returns the radiance of the ground. `lit`, `open`: fractions of the key light and of the sky's that reach `position`.
 vec3 ground_light(vec3 color, vec3 position, float lit, float open) {
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (SUN_IS_KEY ? lit : 1.0)) + sky * open);
@@ -164,7 +164,7 @@ vec3 ground_light(vec3 color, vec3 position, float lit, float open) {
   return radiance;
 }
 
-/// The ground's light as it fades into the sky from distance `begin` to `end`; `away`: from the eye.
+/// Returns the ground's light as it fades into the sky from distance `begin` to `end`; `away`: from the eye.
 vec3 in_haze(vec3 radiance, vec3 away, float begin, float end) {
   float fade = clamp((length(away) - begin) / (end - begin), 0.0, 1.0);
   fade = 1.0 - square(1.0 - fade);
@@ -172,7 +172,7 @@ vec3 in_haze(vec3 radiance, vec3 away, float begin, float end) {
   return mix(radiance, sky_light(level), fade);
 }
 
-/// Radiance towards v of a surface in the light of sun and lamps, of whose key light `lit` reaches it.
+/// Returns the radiance towards v of a surface in the light of sun and lamps. `lit`: fraction of the key light.
 vec3 direct_light(vec3 position, vec3 n, vec3 v, float nv, vec3 facing, vec3 diffuse, float roughness, float lit) {
   vec3 radiance = vec3(0.0);
 #ifndef NO_SUN
@@ -198,18 +198,18 @@ uniform sampler2DShadow shadow_test;
 uniform sampler2D shadow_nearest;
 uniform sampler2D occlusion_map;
 
-/// The next of the points of Vogel's spiral, which are spread evenly over the disc: a golden angle on.
+/// Returns the direction turned by the golden angle: Vogel's spiral of such points covers the disc evenly.
 vec2 turned_on(vec2 direction) {
   const float c = -0.7373688780783197;
   const float s = 0.6754902942615238;
   return vec2(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
 }
 
-/// The slope of z in the map along a surface with unit normal n: z changes by slope · offset.
+/// Returns the slope of z in the map along a surface with unit normal n, at most 8 m of depth a metre across.
 vec2 slope_in_map(mat4 map, vec3 n, vec2 place, float w, float map_depth) {
   vec4 plane = map * vec4(n, 0.0);
   plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
-  // A lamp's rays are not parallel.
+  // Divide the change across the map by the change along the ray, for a lamp the ray through `place`
   float along_ray = KEY.w > 0.5 ? (plane.w + dot(place - 0.5, plane.xy)) * w * shadow_scale.z
                                 : plane.z * square(shadow_scale.z);
   vec2 slope = -plane.xy / min(along_ray, -1e-6);
@@ -219,16 +219,17 @@ vec2 slope_in_map(mat4 map, vec3 n, vec2 place, float w, float map_depth) {
 
 /// Returns the fraction of the key light that reaches a point of a surface with unit normal n.
 ///
-/// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
-/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
-/// taps of penumbrae, whose number varies, are taken in a loop, and the search's are laid out by the compiler.
+/// Percentage-closer soft shadows (Fernando 2005): the penumbra widens with the distance to the blocker. A software
+/// rasteriser runs both sides of a branch, and a loop until its last pixel is done. So the search for blockers has a
+/// fixed number of taps, which the compiler unrolls, and the penumbra a loop of variable length.
 float key_light(vec3 position, vec3 n) {
-  const float spread = 0.035;       // penumbra's half-width a metre from what casts it
-  const float widest = 0.03;        // of the map
+  const float spread = 0.035;       // penumbra's half-width for each metre to the blocker
+  const float widest = 0.03;        // fraction of the map's width
   const int search_taps = 12;
   float texel = 1.0 / depth_terms.z;
   mat4 map = shadow_from_world;
 #ifndef LOOKS
+  // The key light is the sun, whose map is affine: let the compiler drop the division by w
   map[0].w = map[1].w = map[2].w = 0.0;
   map[3].w = 1.0;
 #endif
@@ -244,7 +245,7 @@ float key_light(vec3 position, vec3 n) {
   float search = min((place.z - nearest) * map_depth * spread * per_metre, widest);
   search = max(search, 1.5 * texel);
   bool has_nearer = inside && place.z > nearest;
-  // The map knows depths at its texels only, up to this far off the surface's own.
+  // Bound of the difference between a texel's depth and the surface's
   float bias = shadow_scale.y / map_depth + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
@@ -253,7 +254,7 @@ float key_light(vec3 position, vec3 n) {
   for (int i = 0; i < search_taps; ++i) {
     vec2 offset = search * (sqrt(area) * direction);
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
-    // Nothing covers the light at the map's end.
+    // z = 1: nothing was drawn there
     float behind = has_nearer && z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
@@ -262,7 +263,7 @@ float key_light(vec3 position, vec3 n) {
   }
   float gap = (place.z - depth / max(blockers, 1.0)) * map_depth;
   float radius = clamp(gap * spread * per_metre, 1.2 * texel, widest);
-  // Take one for each texel across a narrow penumbra; none where all around is in shadow.
+  // Take three taps for each texel of the radius, 8 to 48; none where all taps of the search or none found a blocker
   float taps = clamp(floor(3.0 * radius * depth_terms.z), 8.0, 48.0);
   bool in_shadow = blockers > float(search_taps) - 0.5;
   int shadow_taps = blockers > 0.0 && !in_shadow ? int(taps) : 0;
@@ -282,7 +283,7 @@ float key_light(vec3 position, vec3 n) {
 
 /// Returns the fraction of the sky that bodies leave open to the ground below `position`, or `cells` of the map beside it.
 float openness(vec3 position, vec2 cells) {
-  vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;
+  vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;  // Relief::size
   return textureLod(occlusion_map, place, 0.0).r;
 }
 )";
@@ -315,13 +316,13 @@ uniform sampler2D normal_texture;
 uniform sampler2D occlusion_texture;
 uniform sampler2D emission_texture;
 
-/// The coordinates in the role's image of a surface; `places` has both sets of its coordinates.
-vec2 place_in_image(int role, vec4 places) {
-  vec2 place = image_offsets[role].z > 0.5 ? places.zw : places.xy;
-  return vec2(dot(image_turns[role].xy, place), dot(image_turns[role].zw, place)) + image_offsets[role].xy;
+/// Returns the coordinates in the role's image of a surface; `sets` has both sets of its coordinates.
+vec2 image_coordinates(int role, vec4 sets) {
+  vec2 own = image_offsets[role].z > 0.5 ? sets.zw : sets.xy;
+  return vec2(dot(image_turns[role].xy, own), dot(image_turns[role].zw, own)) + image_offsets[role].xy;
 }
 
-/// The normal of a surface with unit normal n where the image of normals has this texel; `tangent` needs not
+/// Returns the normal of a surface with unit normal n where the image of normals has this texel; `tangent` needs not
 /// be unit nor quite square to n, its w is the handedness.
 vec3 bumped(vec3 n, vec4 tangent, vec3 texel) {
   vec3 bump = (2.0 * texel - 1.0) * vec3(strengths.xx, 1.0);
@@ -331,8 +332,8 @@ vec3 bumped(vec3 n, vec4 tangent, vec3 texel) {
   return normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05));
 }
 
-/// Returns the fraction of the light from all around where the image of occlusion has this texel.
-float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
+/// Returns the fraction of ambient light for a texel of the occlusion texture.
+float ambient_fraction(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 )";
 
 }  // namespace substep::render::shaders

@@ -90,9 +90,9 @@ void main() {
 }
 )";
 
-/// A surface that shines in its own colour has metallic 2; where nothing is drawn the output must be 0. With
-/// SHINES, a second output has the emission and alpha, a third the fraction of the sky's light that reaches
-/// the surface. Without MAY_DISCARD it is cheaper, where nearer surfaces are drawn first.
+/// An unlit surface has metallic 2; where nothing is drawn the output must be 0. With SHINES, a second output
+/// has the emission and alpha, a third the fraction of the sky's light that reaches the surface. Without
+/// MAY_DISCARD hidden pixels are rejected before this runs, if nearer surfaces are drawn first.
 const char* const look_glsl = R"(
 in vec3 world_position;
 in vec3 world_normal;
@@ -110,7 +110,7 @@ layout(location = 1) out vec4 emission_alpha;
 layout(location = 2) out vec4 crevice;
 #endif
 
-/// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
+/// Returns the logarithm to base 2, linear between powers of 2: off by up to 0.09, the same on every machine.
 float logarithm(float x) {
   int bits = floatBitsToInt(max(x, 1e-20));
   return float((bits >> 23) - 127) + intBitsToFloat((bits & 0x7fffff) | 0x3f800000) - 1.0;
@@ -119,7 +119,7 @@ float logarithm(float x) {
 /// `metres`: between samples on the surface.
 vec4 texel(sampler2D map, int role, float metres) {
   float density = image_offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
-  return textureLod(map, place_in_image(role, places), logarithm(density * image_offsets[role].w * metres));
+  return textureLod(map, image_coordinates(role, places), logarithm(density * image_offsets[role].w * metres));
 }
 
 void main() {
@@ -146,7 +146,7 @@ void main() {
   surface = packed_surface(side * n, metallic_roughness.y * finish.g, color.rgb,
                            emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
 #ifdef SHINES
-  crevice = vec4(open_part(TEXEL3(occlusion_texture)));
+  crevice = vec4(ambient_fraction(TEXEL3(occlusion_texture)));
   emission_alpha = vec4(emission.rgb * TEXEL4(emission_texture).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
 #endif
@@ -213,7 +213,7 @@ in float tint_alpha;
 #endif
 void main() {
 #ifdef MAY_DISCARD
-  float alpha = textureLod(color_texture, place_in_image(0, places), 0.0).a * tint_alpha * opacity.x;
+  float alpha = textureLod(color_texture, image_coordinates(0, places), 0.0).a * tint_alpha * opacity.x;
   if (alpha < opacity.y) discard;
 #endif
   code = vec4(body_code, 1.0);
@@ -247,9 +247,9 @@ Sources sources_of(const Program& program) {
   const auto join = [&](auto... parts) { return (defines + ... + parts); };
   switch (program.kind) {
     case Program::Kind::body:
-      return {join(places_glsl, body_vertex), join(packing_glsl, body_glsl)};
+      return {join(poses_glsl, body_vertex), join(packing_glsl, body_glsl)};
     case Program::Kind::look:
-      return {join(places_glsl, look_vertex), join(looks_glsl, packing_glsl, look_glsl)};
+      return {join(poses_glsl, look_vertex), join(looks_glsl, packing_glsl, look_glsl)};
     case Program::Kind::shading:
       return {join(frame_glsl, screen_vertex),
               join(frame_glsl, optics_glsl, key_light_glsl, packing_glsl, shading_glsl)};
@@ -258,9 +258,9 @@ Sources sources_of(const Program& program) {
     case Program::Kind::sky:
       return {join(frame_glsl, screen_vertex), join(frame_glsl, optics_glsl, sky_glsl)};
     case Program::Kind::depth:
-      return {join(places_glsl, depth_vertex), "void main() {}\n"};
+      return {join(poses_glsl, depth_vertex), "void main() {}\n"};
     case Program::Kind::color:
-      return {join(places_glsl, color_vertex), join(looks_glsl, color_glsl)};
+      return {join(poses_glsl, color_vertex), join(looks_glsl, color_glsl)};
   }
   return {};
 }

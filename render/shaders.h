@@ -20,7 +20,7 @@ extern const char* const looks_glsl;
 /// The block Frame, the same for all pixels of a frame, with the layout of FrameUniforms.
 extern const char* const frame_glsl;
 /// Poses of bodies: blocks, and the attribute `body`, a body's number from first_body on.
-extern const char* const places_glsl;
+extern const char* const poses_glsl;
 /// The fractions of the key light that reach a surface, and of the sky's that reach the ground.
 extern const char* const key_light_glsl;
 /// Packs the surface at a sample into four words of two 15-bit fractions and signs each: a software
@@ -29,7 +29,7 @@ extern const char* const packing_glsl;
 /// The light of a pixel's samples.
 extern const char* const shading_glsl;
 
-/// The number of bodies whose poses the blocks ClipPlaces and WorldPlaces hold.
+/// The number of bodies whose poses the blocks ClipPoses and WorldPoses hold.
 inline constexpr std::size_t bodies_at_once = 1024;
 
 /// Light that bodies may block from the ground: none, the sky's, or the sun's too.

@@ -39,11 +39,11 @@ Surface mixed(Surface a, Surface b, float part) {
   return a;
 }
 
-/// Measures how unlike b is to a, and a to b: below 1 for one face, or for faces that light tells apart by
-/// little; most between surfaces of other colours or one behind the other. `pixels`: in a metre there.
+/// Measures how unlike b is to a, and a to b: below 1 on one face or on faces lit nearly alike; largest between
+/// different colours, or where one lies behind the other. `pixels`: pixels in a metre at the samples.
 void compare(Surface a, Surface b, float pixels, out float to_a, out float to_b) {
-  vec3 way = b.position - a.position;
-  vec2 aside = abs(vec2(dot(way, a.normal.xyz), dot(way, b.normal.xyz))) * pixels * 0.67;
+  vec3 offset = b.position - a.position;
+  vec2 aside = abs(vec2(dot(offset, a.normal.xyz), dot(offset, b.normal.xyz))) * pixels * 0.67;
   float turned = 10.0 - 10.0 * dot(a.normal.xyz, b.normal.xyz);
   float colored = (dot(abs(a.color - b.color), vec4(1.0)) + abs(a.normal.w - b.normal.w)) * 6.7;
   vec2 both = max(max(min(aside, 4.0), min(turned, 2.0)), colored);
@@ -71,7 +71,7 @@ vec3 lighted(Surface surface) {
   float lit = faces_key ? key_light(surface.position, n) : 0.0;
   vec3 radiance = direct_light(surface.position, n, v, nv, facing, diffuse, roughness, lit);
 
-  // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
+  // The surroundings: sky above, ground below; near the ground bodies also hide the sky from each other.
   float height = max(surface.position.y - ground_color.w, 0.0);
   // Take the openness of the ground in front of a wall, not below it.
   float open = openness(surface.position, 2.0 * n.xz);
@@ -140,7 +140,8 @@ float see_samples() {
   return pixel * away_first;
 }
 
-/// Compares each pair of samples once, without loops, which the compiler would not unroll.
+/// Compares each pair of samples, and finds a sample unlike itself whose normal is not unit. Pairs are written out,
+/// since the compiler would not unroll loops.
 void compare_samples(float pixels) {
   for (int i = 0; i < 4; ++i) unlike[i][i] = min(10.0 - 10.0 * dot(seen[i].normal.xyz, seen[i].normal.xyz), 2.0);
   compare(seen[0], seen[1], pixels, unlike[0].y, unlike[1].x);
@@ -151,7 +152,7 @@ void compare_samples(float pixels) {
   compare(seen[2], seen[3], pixels, unlike[2].w, unlike[3].z);
 }
 
-/// Returns which samples, as bits, belong to the first body's surface rather than to the one most unlike it.
+/// Returns which samples, as bits, are of the first body's surface, not of the one most unlike it. Sets `opacities`.
 int samples_of_first() {
   vec4 to_one = unlike[3];
   for (int i = 2; i >= 0; --i) to_one = is_body[i] ? unlike[i] : to_one;
@@ -183,8 +184,8 @@ void main() {
   int bodies = 0;
   for (int i = 0; i < 4; ++i) bodies += is_body[i] ? 16 << i : 0;
   int of_first = samples_of_first();
-  // Light face by face: the first of the samples that are left, and all like it. A rasteriser without branches
-  // runs a loop that is left at its head once more.
+  // Light face by face: the first remaining sample, and all like it. Test at the loop's end: a rasteriser without
+  // branches runs a loop that tests at its head once too often.
   int left = bodies / 16;
   vec4 lights[2] = vec4[2](vec4(0.0), vec4(0.0));
   do {
@@ -210,7 +211,7 @@ void main() {
   for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
   second = vec4(codes[1], 1.0);
-  // Ground and sky are drawn where they are visible.
+  // Hide ground and sky behind pixels whose four samples are all bodies'.
   gl_FragDepth = bodies == 240 ? 0.0 : 1.0;
 }
 )";

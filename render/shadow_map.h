@@ -14,9 +14,9 @@ namespace substep::render {
 struct ShadowView {
   glm::dmat4 map_from_world{1};   ///< x, y, z to 0–1
   glm::dmat4 clip_from_world{1};  ///< x, y, z to −1–1
-  double width = 1;               ///< m; a lamp's, 1 m in front of it
-  double depth = 1;               ///< m along the ray for all of z, as z grows; a lamp's, 1 m in front of it
-  double far = 1;                 ///< m in front of a lamp where the points end; the sun's is 1
+  double width = 1;               ///< m that x covers; for a lamp 1 m in front of it
+  double depth = 1;               ///< m along the ray for z from 0 to 1; for a lamp at its rate 1 m in front
+  double far = 1;                 ///< distance of the farthest point from a lamp, m; 1 for the sun
 };
 
 /// Returns the square view along unit `ray` that holds all points with room around them.

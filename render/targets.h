@@ -28,7 +28,7 @@ struct Target {
   Target() = default;
   Target(Objects& objects, int w, int h);
 
-  void start() const;
+  void start() const;       ///< binds the framebuffer and sets the viewport
   void start_anew() const;  ///< clears too
 
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
@@ -38,7 +38,7 @@ struct Target {
 /// other or around the sample.
 struct Surfaces {
   GLuint framebuffer = 0;
-  /// packed_surface() of shader_terms.cpp; with emission also emission with alpha, and crevices.
+  /// packed_surface() of shader_terms.cpp; `with_emission` also emission with alpha, and crevices.
   std::array<GLuint, 3> textures{};
   GLuint depth = 0;  ///< texture
   int width = 0;
@@ -52,17 +52,17 @@ struct Surfaces {
   /// Makes it the target, and clears its depth.
   void start() const;
 
-  /// Clears the surfaces of the current framebuffer to no normal, which surfaces with looks need where
-  /// nothing is drawn.
+  /// Clears the surfaces of the current framebuffer to 0, no normal. Scenes with materials of their own need
+  /// it where nothing is drawn.
   static void clear();
 
-  /// Copies `areas` of pixels, of so many samples a side, from one of the same size: the buffers of OpenGL's
-  /// mask. Makes it the target.
+  /// Copies `areas`, in pixels of `samples` × `samples` samples, from surfaces of the same size. `buffers`:
+  /// OpenGL's mask. Makes these surfaces the target.
   void copy(const Surfaces& from, std::span<const Rectangle> areas, int samples, GLbitfield buffers) const;
 };
 
-/// The light from the surfaces, a pixel of `picture` each: of its first surface, of its second, and with
-/// opacities the opacity of both. Its depth is the picture's.
+/// Buffers of a picture's size: the light of each pixel's first surface, that of its second and, if
+/// requested, both opacities. Shares the picture's depth.
 struct LightingBuffer {
   GLuint framebuffer = 0;
   std::array<std::vector<std::uint8_t>, 3> pixels;

@@ -38,9 +38,8 @@ class Font {
  public:
   explicit Font(std::string_view file) {
     stbtt_InitFont(&info_, reinterpret_cast<const unsigned char*>(file.data()), 0);
-    for (int digit = '0'; digit <= '9'; ++digit) {
+    for (int digit = '0'; digit <= '9'; ++digit)
       digit_advance_ = std::max(digit_advance_, advance(index(digit)));
-    }
   }
 
   int index(int codepoint) const { return stbtt_FindGlyphIndex(&info_, codepoint); }
@@ -186,6 +185,7 @@ void draw_text(Image& image, double x, double y, std::string_view text, const Te
   lay_out(text, style, [&](int index, double pen) {
     // Put glyphs on quarters of a pixel horizontally and whole pixels vertically, which keeps stems sharp.
     const auto quarters = static_cast<std::int64_t>(std::floor((x + pen) * subpixels + 0.5));
+    static_assert(subpixels == 4);
     const auto column = quarters >> 2;
     const Glyph& glyph = font(style.bold).glyph(index, style.size, static_cast<int>(quarters & 3));
     const double left = static_cast<double>(column + glyph.left);

@@ -78,16 +78,16 @@ GLuint upload(Objects& objects, TextureLevel level) {
   }
 }
 
-/// Uploads an image, or without one a white texel, which as a normal of strength 0 is straight up. `texels`:
-/// uploaded so far.
-BoundTexture uploaded(Objects& objects, const Scene& scene, int image, bool is_color, double& texels) {
+/// Uploads an image, or without one a white texel, which as a normal of strength 0 is straight up. Adds the
+/// image's pixels to `total`.
+BoundTexture uploaded(Objects& objects, const Scene& scene, int image, bool is_color, double& total) {
   if (image < 0) return {.texture = upload(objects, first_level({1, 1, {255, 255, 255, 255}}, is_color))};
   const SceneImage& source = scene.images[image];
   const Texels pixels = decode_texels(*source.bytes, source.place);
   // A texel takes 8 bytes, and a third more for its mip levels.
   constexpr double most_texels = 64e6;
-  texels += static_cast<double>(pixels.width) * pixels.height;
-  if (texels > most_texels) {
+  total += static_cast<double>(pixels.width) * pixels.height;
+  if (total > most_texels) {
     throw Error(
         "{}: with it the images on surfaces have more than {:.0f} million pixels in all: "
         "make them smaller",
@@ -183,8 +183,7 @@ Scene with_smaller_images(const Scene& scene, std::span<const Surface> surfaces,
     if (image.file == source.bytes && may_be_turned(*image.file)) image.encode();
     shrinking.emplace(index, std::move(image));
   }
-  // Smaller images than this show nothing, and hardly take fewer bytes.
-  constexpr int shortest = 16;
+  constexpr int shortest = 16;  // pixels; shorter images show nothing, and hardly take fewer bytes
   const auto bytes = [&] {
     std::size_t sum = 0;
     for (const auto& [index, image] : shrinking) sum += image.file->size();

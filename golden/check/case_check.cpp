@@ -23,48 +23,48 @@ std::string one_line(std::string text) {
   return line;
 }
 
-bool has_equal_track(const CaseContext& work) {
-  return work.golden_track && to_bytes(*work.golden_track) == to_bytes(*work.live_track);
+bool has_equal_track(const CaseContext& context) {
+  return context.golden_track && to_bytes(*context.golden_track) == to_bytes(*context.live_track);
 }
 
 /// Returns the hash of the track's file after approval. Equal tracks may be deflated differently.
-std::string approved_track_hash(const CaseContext& work) {
-  return content_hash(has_equal_track(work) ? read_bytes(work.result.entry.track_file)
-                                            : to_bytes(*work.live_track));
+std::string approved_track_hash(const CaseContext& context) {
+  return content_hash(has_equal_track(context) ? read_bytes(context.result.entry.track_file)
+                                               : to_bytes(*context.live_track));
 }
 
 /// Returns true where all golden pictures equal the pictures drawn here: only then may the sidecar be
 /// rewritten.
-bool draws_its_goldens(const CaseContext& work) {
-  const auto& images = work.result.images;
-  return (images.empty() || work.is_exact_here()) && std::ranges::all_of(images, [](const auto& image) {
+bool draws_its_goldens(const CaseContext& context) {
+  const auto& images = context.result.images;
+  return (images.empty() || context.is_exact_here()) && std::ranges::all_of(images, [](const auto& image) {
            return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
          });
 }
 
 /// Returns true where sidecar and track of a case that passes agree with its run.
-bool is_up_to_date(const CaseContext& work) {
+bool is_up_to_date(const CaseContext& context) {
   // A run within its tolerance is no reason to rewrite the sidecar.
-  if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  return work.sidecar.scene_hash == hash_text(work.scene.hash) &&
-         work.sidecar.parts == scene_parts(work.scene) &&
-         work.sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
-         work.sidecar.track_hash == approved_track_hash(work);
+  if (!context.live || context.result.poses.motion.judgement != PoseJudgement::exact) return true;
+  return context.sidecar.scene_hash == hash_text(context.scene.hash) &&
+         context.sidecar.parts == scene_parts(context.scene) &&
+         context.sidecar.pose_log_hash == content_hash(to_text(*context.live)) &&
+         context.sidecar.track_hash == approved_track_hash(context);
 }
 
 /// Writes a page that plays the run beside the golden one where the motion differs, for people who have the
 /// check's folder but not the program.
-void write_motion_page(CaseContext& work) {
-  CaseResult& result = work.result;
-  const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
+void write_motion_page(CaseContext& context) {
+  CaseResult& result = context.result;
+  const bool differs = context.golden && context.golden_track && context.live_track && !result.poses.passes;
   if (result.verdict == Verdict::pass || !differs) return;
   render::Comparison comparison;
   render::ReferenceRun golden;
   golden.method = "the golden run";
   for (int k = 0; k <= result.entry.frames; ++k) comparison.times.push_back(k * result.entry.settings.step);
-  for (const Track::Frame& frame : work.golden_track->frames) {
-    if (frame.poses.size() != work.scene.bodies.size())
-      return work.note("no motion page: the golden run has other bodies");
+  for (const Track::Frame& frame : context.golden_track->frames) {
+    if (frame.poses.size() != context.scene.bodies.size())
+      return context.note("no motion page: the golden run has other bodies");
     if (golden.poses.size() < comparison.times.size()) golden.poses.push_back(frame.poses);
   }
   golden.known = golden.poses.size();
@@ -74,8 +74,8 @@ void write_motion_page(CaseContext& work) {
   now.panel.author = result.entry.author;
   if (!now.panel.author.empty()) now.panel.kind = render::PanelChoice::Kind::log;
   now.panel.title = "as it runs now";
-  for (const Track::Frame& frame : work.live_track->frames) now.poses.push_back(frame.poses);
-  render::measure_from(work.scene, golden, now);
+  for (const Track::Frame& frame : context.live_track->frames) now.poses.push_back(frame.poses);
+  render::measure_from(context.scene, golden, now);
   if (now.poses.size() < comparison.times.size()) now.diverged = comparison.times[now.poses.size()];
   render::Run& before = comparison.runs[1];
   before.panel.kind = render::PanelChoice::Kind::reference;
@@ -83,35 +83,35 @@ void write_motion_page(CaseContext& work) {
   comparison.reference = std::move(golden);
   comparison.strip = render::Strip::error;
   result.player = "player.html";
-  work.write(result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
+  context.write(result.player, render::player_page(context.scene, comparison, context.scene.name, 1));
 }
 
-/// Returns the log of a run made elsewhere.
-PoseLog foreign_log(const CaseContext& work, Tracker& tracker) {
-  const SuiteCase& entry = work.result.entry;
+/// Returns the log of a run made by another simulator, and adds its states to the tracker.
+PoseLog foreign_log(const CaseContext& context, Tracker& tracker) {
+  const SuiteCase& entry = context.result.entry;
   const double step = entry.settings.step;
   std::vector<State> states;
   if (entry.command.empty()) {
-    states = read_pose_table(entry.poses, work.scene, step);
+    states = read_pose_table(entry.poses, context.scene, step);
   } else {
-    Scene scene = work.scene;
+    Scene scene = context.scene;
     scene.duration = entry.frames * step;
     states = run_command(entry.command, scene, entry.settings, entry.time_limit);
   }
   states.resize(std::min(states.size(), static_cast<std::size_t>(entry.frames) + 1));
   for (const State& state : states) tracker.add(state);
-  PoseLog log = log_of(states, work.scene, step, entry.author);
+  PoseLog log = log_of(states, context.scene, step, entry.author);
   log.full_every = entry.full_every;
-  for (std::size_t k = 0; k + 1 < log.frames.size(); ++k) {
+  // Keep every full_every-th frame's poses, and the last frame's
+  for (std::size_t k = 0; k + 1 < log.frames.size(); ++k)
     if (k % static_cast<std::size_t>(entry.full_every) != 0) log.frames[k].poses.clear();
-  }
   return log;
 }
 
-/// Returns the log of a run by one of our algorithms.
-PoseLog own_log(const CaseContext& work, Tracker& tracker) {
-  const SuiteCase& entry = work.result.entry;
-  Simulation simulation(work.scene, entry.settings);
+/// Simulates one of our algorithms. Returns the log, and adds the states to the tracker.
+PoseLog own_log(const CaseContext& context, Tracker& tracker) {
+  const SuiteCase& entry = context.result.entry;
+  Simulation simulation(context.scene, entry.settings);
   tracker.add(simulation.state());
   return record(simulation, entry.frames, entry.full_every,
                 [&](int, const StepReport&) { tracker.add(simulation.state()); });
@@ -122,31 +122,31 @@ void add_candidate(const fs::path& from, const fs::path& to, CaseResult& result)
                                fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
 }
 
-void add_log_candidates(CaseContext& work) {
-  const PoseResult& poses = work.result.poses;
+void add_log_candidates(CaseContext& context) {
+  const PoseResult& poses = context.result.poses;
   // A run within its tolerance is no reason for another golden.
   if (poses.passes && poses.motion.judgement != PoseJudgement::exact) return;
-  const SuiteCase& entry = work.result.entry;
-  const std::string text = to_text(*work.live);
+  const SuiteCase& entry = context.result.entry;
+  const std::string text = to_text(*context.live);
   if (!poses.has_golden || text != read_bytes(entry.pose_file))
-    add_candidate(work.write("actual.poses", text), entry.pose_file, work.result);
-  if (has_equal_track(work)) return;
-  add_candidate(work.write("actual.track", to_bytes(*work.live_track)), entry.track_file, work.result);
+    add_candidate(context.write("actual.poses", text), entry.pose_file, context.result);
+  if (has_equal_track(context)) return;
+  add_candidate(context.write("actual.track", to_bytes(*context.live_track)), entry.track_file,
+                context.result);
 }
 
 /// Writes the files that approving would copy. Returns the reason that forbids approving; empty where there
 /// is none.
-std::string prepare_approval(CaseContext& work) {
-  const SuiteCase& entry = work.result.entry;
-  add_log_candidates(work);
-  const bool from_live = !work.new_images.empty();
+std::string prepare_approval(CaseContext& context) {
+  const SuiteCase& entry = context.result.entry;
+  add_log_candidates(context);
+  const bool from_live = !context.new_images.empty();
   std::vector<Sidecar::Picture> pictures;
   for (std::size_t i = 0; i < entry.images.size(); ++i) {
-    const ImageResult& image = work.result.images[i];
-    const Drawing& drawing = from_live ? work.new_images[i] : work.drawn[i];
-    if (!drawing.is_there()) {
-      return fmt::format("the run has no frame {}: it ended \"{}\"", image.frame, work.live->end);
-    }
+    const ImageResult& image = context.result.images[i];
+    const Drawing& drawing = from_live ? context.new_images[i] : context.drawn[i];
+    if (!drawing.is_there())
+      return fmt::format("the run has no frame {}: it ended \"{}\"", image.frame, context.live->end);
     if (is_blank(drawing.picture)) return fmt::format("frame {} is blank", image.frame);
     pictures.push_back({image.frame, hash_text(hash(drawing.picture)), body_extents(drawing.bodies)});
     const fs::path golden = entry.image_file(image.frame);
@@ -154,12 +154,12 @@ std::string prepare_approval(CaseContext& work) {
                               (image.has_golden && render::read_png(golden).rgb == drawing.picture.rgb);
     if (is_unchanged) continue;
     const std::string file = fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual");
-    add_candidate(work.result.files / file, golden, work.result);
+    add_candidate(context.result.files / file, golden, context.result);
   }
-  work.result.sidecar =
-      make_sidecar(entry, *work.live, approved_track_hash(work), work.scene, pictures, work.made_with);
-  if (entry.images.empty() || work.made_with.is_pinned || entry.any_renderer) return {};
-  return "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
+  context.result.sidecar = make_sidecar(entry, *context.live, approved_track_hash(context), context.scene,
+                                        pictures, context.made_with);
+  if (entry.images.empty() || context.made_with.is_pinned || entry.any_renderer) return {};
+  return "it was drawn by " + context.made_with.renderer + ", which is not the pinned renderer";
 }
 
 /// Removes stale files from the case's folder.
@@ -172,52 +172,52 @@ void clear(const fs::path& folder) {
   }
 }
 
-/// Reads sidecar, golden log and track, and notes which of them are not those that were approved. Throws
-/// Error when one is damaged.
-void load_goldens(CaseContext& work) {
-  const SuiteCase& entry = work.result.entry;
-  work.sidecar = read_sidecar(entry.sidecar);
-  work.result.poses.has_golden = fs::exists(entry.pose_file);
-  if (work.result.poses.has_golden) work.golden = read_pose_log(entry.pose_file);
-  if (fs::exists(entry.track_file)) work.golden_track = read_track(entry.track_file);
-  if (!work.sidecar.is_there) return;
+/// Reads sidecar, golden log and track. Notes a log or track whose hash differs from the approved one. Throws
+/// Error when a file is damaged.
+void load_goldens(CaseContext& context) {
+  const SuiteCase& entry = context.result.entry;
+  context.sidecar = read_sidecar(entry.sidecar);
+  context.result.poses.has_golden = fs::exists(entry.pose_file);
+  if (context.result.poses.has_golden) context.golden = read_pose_log(entry.pose_file);
+  if (fs::exists(entry.track_file)) context.golden_track = read_track(entry.track_file);
+  if (!context.sidecar.is_there) return;
   const auto compare = [&](const fs::path& file, const std::string& approved) {
     if (content_hash(read_bytes(file)) == approved) return;
-    work.edited.push_back(file.filename().string());
-    work.note(fmt::format("the golden {} is not the one that was approved", work.edited.back()));
+    context.edited.push_back(file.filename().string());
+    context.note(fmt::format("the golden {} differs from the approved one", context.edited.back()));
   };
-  if (work.golden) compare(entry.pose_file, work.sidecar.pose_log_hash);
-  if (work.golden_track) compare(entry.track_file, work.sidecar.track_hash);
+  if (context.golden) compare(entry.pose_file, context.sidecar.pose_log_hash);
+  if (context.golden_track) compare(entry.track_file, context.sidecar.track_hash);
 }
 
 /// Simulates, and compares with the golden log.
-void check_poses(CaseContext& work) {
-  PoseResult& poses = work.result.poses;
-  const SuiteCase& entry = work.result.entry;
-  Tracker tracker(work.scene, entry.settings);
-  work.live = entry.author.empty() ? own_log(work, tracker) : foreign_log(work, tracker);
-  work.live_track = tracker.take();
-  poses.frames = static_cast<int>(work.live->frames.size());
-  poses.end = work.live->end;
-  poses.bodies = static_cast<int>(work.live->bodies.size()) - 1;
+void check_poses(CaseContext& context) {
+  PoseResult& poses = context.result.poses;
+  const SuiteCase& entry = context.result.entry;
+  Tracker tracker(context.scene, entry.settings);
+  context.live = entry.author.empty() ? own_log(context, tracker) : foreign_log(context, tracker);
+  context.live_track = tracker.take();
+  poses.frames = static_cast<int>(context.live->frames.size());
+  poses.end = context.live->end;
+  poses.bodies = static_cast<int>(context.live->bodies.size()) - 1;
   if (!entry.author.empty() && poses.frames <= entry.frames)
-    work.note(fmt::format("the table ends at frame {}, the case at {}", poses.frames - 1, entry.frames));
-  if (!work.golden) return;
-  poses.golden_frames = static_cast<int>(work.golden->frames.size());
-  poses.difference = compare(*work.golden, *work.live);
+    context.note(fmt::format("the run ends at frame {}, the case at {}", poses.frames - 1, entry.frames));
+  if (!context.golden) return;
+  poses.golden_frames = static_cast<int>(context.golden->frames.size());
+  poses.difference = compare(*context.golden, *context.live);
   if (poses.difference.first_frame >= 0) {
-    poses.motion = compare_motion(work.golden_motion(), work.live_motion(), entry.pose_tolerance);
+    poses.motion = compare_motion(context.golden_motion(), context.live_motion(), entry.pose_tolerance);
   } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
     poses.motion.judgement = PoseJudgement::differs;
-    work.note("the golden log's poses do not match its hashes: it was edited");
+    context.note("the golden log's poses do not match its hashes: it was edited");
   }
   poses.passes = passes(poses.motion.judgement);
   if (poses.motion.judgement == PoseJudgement::within) {
-    work.note(fmt::format("poses differ from frame {} on, within the case's pose tolerance",
-                          poses.motion.first.frame));
+    context.note(fmt::format("poses differ from frame {} on, within the case's pose tolerance",
+                             poses.motion.first.frame));
   }
   if (poses.motion.judgement == PoseJudgement::exact && !poses.difference.headers.empty()) {
-    work.note("same states, but the pose log's header differs: " + one_line(poses.difference.headers));
+    context.note("same states, but the pose log's header differs: " + one_line(poses.difference.headers));
   }
 }
 
@@ -242,24 +242,24 @@ CaseResult CaseChecker::check(const SuiteCase& entry) {
       scene_file_ = entry.scene;
     }
     const auto start = std::chrono::steady_clock::now();
-    CaseContext work{made_with_, *scene_};
-    CaseResult& result = work.result;
+    CaseContext context{made_with_, *scene_};
+    CaseResult& result = context.result;
     result.entry = entry;
     result.entry.settings = entry.settings_for(*scene_);
     result.files = output_ / entry.name;
     clear(result.files);
-    load_goldens(work);
-    check_poses(work);
-    if (!entry.images.empty()) check_images(work);
-    decide(work);
-    write_motion_page(work);
+    load_goldens(context);
+    check_poses(context);
+    if (!entry.images.empty()) check_images(context);
+    decide(context);
+    write_motion_page(context);
     const bool has_nothing_to_approve =
-        result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
-    if (!has_nothing_to_approve) result.refusal = prepare_approval(work);
+        result.verdict == Verdict::pass && (is_up_to_date(context) || !draws_its_goldens(context));
+    if (!has_nothing_to_approve) result.refusal = prepare_approval(context);
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return std::move(result);
   } catch (const std::bad_alloc&) {
-    return failed_case(output_, entry, "there is not enough memory for it");
+    return failed_case(output_, entry, "not enough memory to check the case");
   } catch (const std::exception& error) {
     return failed_case(output_, entry, error.what());
   }
@@ -272,7 +272,7 @@ CaseResult failed_case(const fs::path& output, const SuiteCase& entry, const std
   clear(result.files);
   result.verdict = Verdict::error;
   result.cause = one_line(why);
-  result.refusal = "it could not be checked";
+  result.refusal = "the case could not be checked";
   return result;
 }
 

@@ -141,6 +141,9 @@ struct CaseContext {
   std::vector<Drawing> new_images = {};  ///< of the live poses; empty where not needed
 };
 
+/// Returns true where pictures are within the tolerance: by FLIP where it is set, else by levels and counts.
+bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance);
+
 /// Draws the golden poses and compares with the golden pictures, which shows what the renderer changed, and
 /// with pictures of the live poses, which shows what the simulation changed. Writes the pictures that differ.
 void check_images(CaseContext& context);

@@ -30,60 +30,61 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// Edited poses fail both halves, an edited picture its own frame only.
-void explain_edits(CaseContext& work, Failing& failing) {
-  const SuiteCase& entry = work.result.entry;
-  if (work.edited.empty()) return;
-  const bool poses = contains(work.edited, entry.pose_file.filename().string());
-  const auto& images = work.result.images;
+/// Explains failures by goldens that were edited: edited poses fail both halves, a picture its own frame.
+void explain_edits(CaseContext& context, Failing& failing) {
+  const SuiteCase& entry = context.result.entry;
+  if (context.edited.empty()) return;
+  const bool poses = contains(context.edited, entry.pose_file.filename().string());
+  const auto& images = context.result.images;
   const bool all_images = std::ranges::all_of(images, [&](const ImageResult& image) {
-    return image.passes || contains(work.edited, entry.image_file(image.frame).filename().string());
+    return image.passes || contains(context.edited, entry.image_file(image.frame).filename().string());
   });
   if (failing.any() && !failing.explain(poses, poses || all_images)) return;
-  work.result.cause = fmt::format("{} is not what was approved", fmt::join(work.edited, ", "));
-  if (!failing.any()) work.result.verdict = Verdict::golden_edited;
+  context.result.cause = fmt::format("{} differs from what was approved", fmt::join(context.edited, ", "));
+  if (!failing.any()) context.result.verdict = Verdict::golden_edited;
 }
 
 /// Explains failures by another scene in the file, or by other bodies that are loaded from the same file.
-void explain_inputs(CaseContext& work, Failing& failing) {
-  const bool is_other_file = work.sidecar.scene_hash != hash_text(work.scene.hash);
-  const std::vector<std::string> names = work.golden ? work.golden->bodies : std::vector<std::string>();
-  SceneDifference difference = scene_difference(work.sidecar.parts, work.scene, names);
+void explain_inputs(CaseContext& context, Failing& failing) {
+  const bool is_other_file = context.sidecar.scene_hash != hash_text(context.scene.hash);
+  const std::vector<std::string> names = context.golden ? context.golden->bodies : std::vector<std::string>();
+  SceneDifference difference = scene_difference(context.sidecar.parts, context.scene, names);
   // Other simulators place their bodies themselves.
-  const bool is_loaded_otherwise = !is_other_file && work.result.poses.motion.first.frame == 0 &&
-                                   difference.text.empty() && work.result.entry.author.empty();
+  const bool is_loaded_otherwise = !is_other_file && context.result.poses.motion.first.frame == 0 &&
+                                   difference.text.empty() && context.result.entry.author.empty();
   if (is_loaded_otherwise) difference = {true, true, "the bodies stand elsewhere at frame 0"};
   if (!failing.explain(difference.moves, difference.is_drawn)) return;
-  work.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;
-  work.result.cause = difference.text;
+  context.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;
+  context.result.cause = difference.text;
   // Pictures may differ without a fault on a renderer other than the goldens'.
-  if (failing.poses || (failing.images && work.is_exact_here())) {
-    work.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
-                                       : "; that does not explain its pictures: the renderer changed, too";
+  if (failing.poses || (failing.images && context.is_exact_here())) {
+    context.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
+                                          : "; that does not explain its pictures: the renderer changed, too";
   }
 }
 
-/// Returns the one body, or the light, to which a picture's difference is attributed.
+/// Returns the bodies that are gone, else light, camera or sky, else the body that differs most; or nothing.
 std::string cause_of_picture(const Blame& blame) {
   std::string gone;
-  for (const BodyBlame& body : blame.bodies) {
+  for (const BodyBlame& body : blame.bodies)
     if (body.is_gone) gone += (gone.empty() ? "" : ", ") + body.name;
-  }
   if (!gone.empty()) return "gone: " + gone;
   if (blame.is_everywhere) return "light, camera or sky";
   return blame.bodies.empty() ? std::string() : blame.bodies.front().name;
 }
 
 /// Returns true where the sidecar or the track is missing, and notes which.
-bool lacks_explanation(CaseContext& work) {
-  const SuiteCase& entry = work.result.entry;
-  if (!work.sidecar.is_there) work.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
-  if (!work.golden_track) work.note(fmt::format("there is no {}", entry.track_file.filename().string()));
-  return !work.sidecar.is_there || !work.golden_track;
+bool lacks_sidecar_or_track(CaseContext& context) {
+  const SuiteCase& entry = context.result.entry;
+  if (!context.sidecar.is_there)
+    context.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
+  if (!context.golden_track)
+    context.note(fmt::format("there is no {}", entry.track_file.filename().string()));
+  return !context.sidecar.is_there || !context.golden_track;
 }
 
-void find_cause(CaseContext& work) {
-  CaseResult& result = work.result;
+void find_cause(CaseContext& context) {
+  CaseResult& result = context.result;
   const FirstChange& first = result.poses.motion.first;
   if (result.verdict == Verdict::simulation_changed || result.verdict == Verdict::both_changed) {
     result.cause =
@@ -103,10 +104,9 @@ std::string explain_first(const PoseResult& poses, double step) {
   const FirstChange& first = poses.motion.first;
   std::string text =
       fmt::format("  poses    first difference     frame {} ({:.3f} s)", first.frame, first.frame * step);
-  if (poses.frames != poses.golden_frames) {
+  if (poses.frames != poses.golden_frames)
     text += fmt::format("; golden has {} frames, the run {} (it ended \"{}\")", poses.golden_frames,
                         poses.frames, poses.end);
-  }
   const bool is_beyond_end = first.frame >= std::min(poses.frames, poses.golden_frames);
   if (is_beyond_end) return text + "\n";
   text += first.body.empty() ? "; " : fmt::format("   body {}  ", first.body);
@@ -132,11 +132,11 @@ std::string explain_visibility(const CaseResult& result) {
   if (result.images.empty()) return text;
   if (poses.visible_frame >= 0) {
     const int after = poses.visible_frame - motion.first.frame;
-    text += fmt::format("  images   first other picture  frame {} (+{} frames, +{:.2f} s){}\n",
+    text += fmt::format("  images   first difference     frame {} (+{} frames, +{:.2f} s){}\n",
                         poses.visible_frame, after, after * result.entry.settings.step,
-                        poses.visible_frame_is_certain ? "" : ", or in one without stored poses before it");
+                        poses.visible_frame_is_certain ? "" : ", or an earlier one without stored poses");
   } else if (motion.first.frame >= 0) {
-    text += fmt::format("  images   first other picture  never{}\n",
+    text += fmt::format("  images   first difference     never{}\n",
                         poses.visible_frame_is_certain ? "" : " in the frames whose poses are stored");
   }
   return text;
@@ -149,13 +149,12 @@ std::string explain_poses(const CaseResult& result) {
                        poses.end);
   if (poses.motion.judgement == PoseJudgement::exact)
     return fmt::format("  poses    exact, {} frames\n", poses.frames);
-  std::string text = "  poses    stored ones differ from those of their hashes\n";
+  std::string text = "  poses    those stored in the golden log do not match its hashes\n";
   if (poses.motion.first.frame >= 0)
     text = explain_first(poses, result.entry.settings.step) + explain_visibility(result);
   std::istringstream headers(poses.difference.headers);
-  for (std::string line; std::getline(headers, line);) {
+  for (std::string line; std::getline(headers, line);)
     if (!line.empty()) text += fmt::format("{}header: {}\n", indent, line);
-  }
   return text;
 }
 
@@ -168,10 +167,9 @@ std::string explain_blame(const Blame& blame) {
   std::string text = fmt::format("{}{} of the foreground differs; ", indent,
                                  percent(blame.differing_foreground, blame.foreground));
   if (blame.is_everywhere) return text + "all over the picture: light, camera or sky, not one body\n";
-  for (const BodyBlame& body : blame.bodies) {
+  for (const BodyBlame& body : blame.bodies)
     if (body.is_gone) text += fmt::format("{} is gone; ", body.name);
-  }
-  text += "by body, weighed by levels:";
+  text += "by body, as fractions of the summed levels:";
   std::int64_t levels = 0;
   for (const BodyBlame& body : blame.bodies) levels += body.levels;
   for (std::size_t i = 0; i < std::min<std::size_t>(blame.bodies.size(), 3); ++i) {
@@ -181,21 +179,24 @@ std::string explain_blame(const Blame& blame) {
   return text + "\n";
 }
 
-std::string explain_pictures(const PictureComparison& comparison, const ImageTolerance& tolerance) {
+std::string explain_pictures(const PictureComparison& comparison, const ImageTolerance& tolerance,
+                             bool must_be_exact) {
   const ImageComparison& c = comparison.image;
   if (c.judgement == Judgement::exact) return "exact\n";
   if (c.judgement == Judgement::size) return "another size\n";
-  std::string text =
-      fmt::format("{} px differ ({:.3g} %), {} px > {} levels (limit {}), max {} at ({},{})\n", c.differing,
-                  100.0 * static_cast<double>(c.differing) / static_cast<double>(c.pixels), c.above_level,
-                  tolerance.level, tolerance.count, c.max, c.max_x, c.max_y);
+  std::string text = fmt::format("{} px differ ({}), {} px > {} levels (limit {}), max {} at ({},{})\n",
+                                 c.differing, percent(c.differing, c.pixels), c.above_level, tolerance.level,
+                                 tolerance.count, c.max, c.max_x, c.max_y);
   text += fmt::format("{}box {},{} to {},{}; {}", indent, c.left, c.top, c.right, c.bottom,
-                      passes(c.judgement) ? "within tolerance, but exact is the rule on this renderer"
-                                          : fmt::format("fails by {}", name(c.judgement)));
+                      !is_within(comparison, tolerance)
+                          ? fmt::format("fails by {}", tolerance.flip ? "FLIP" : name(c.judgement))
+                      : must_be_exact ? "within tolerance, but this renderer must be exact"
+                                      : "within tolerance");
   if (comparison.flip) {
     text += fmt::format("\n{}FLIP mean {:.4f}  max {:.2f} -> {}", indent, comparison.flip->mean,
                         comparison.flip->max, visibility(*comparison.flip));
-    if (tolerance.flip) text += fmt::format(" (on another renderer the limit is {:g})", *tolerance.flip);
+    if (tolerance.flip)
+      text += fmt::format(" ({}limit {:g})", must_be_exact ? "on another renderer " : "", *tolerance.flip);
   }
   text += "\n";
   if (comparison.blame) text += explain_blame(*comparison.blame);
@@ -209,46 +210,47 @@ std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
   } else if (!image.against_golden) {
     text += "no golden picture\n";
   } else {
-    text += "golden poses, this renderer: " + explain_pictures(*image.against_golden, entry.tolerance);
+    text += "golden poses, this renderer: " +
+            explain_pictures(*image.against_golden, entry.tolerance, image.must_be_exact);
   }
   if (image.is_blank) text += fmt::format("{}the picture is blank: it shows one colour all over\n", indent);
-  if (image.new_poses) {
+  if (image.new_poses)
     text += fmt::format("{}new poses against golden ones, both drawn here: {}", indent,
-                        explain_pictures(*image.new_poses, entry.tolerance));
-  }
+                        explain_pictures(*image.new_poses, entry.tolerance, false));
   return text;
 }
 
 }  // namespace
 
-void decide(CaseContext& work) {
-  const PoseResult& poses = work.result.poses;
-  const auto& images = work.result.images;
+void decide(CaseContext& context) {
+  const PoseResult& poses = context.result.poses;
+  const auto& images = context.result.images;
   const auto none_of = [&](auto&& is) { return std::none_of(images.begin(), images.end(), is); };
-  const bool no_image = none_of([](const auto& i) { return i.has_golden; });
-  const bool every_image = none_of([](const auto& i) { return !i.has_golden; });
+  const bool none_has_golden = none_of([](const auto& i) { return i.has_golden; });
+  const bool all_have_goldens = none_of([](const auto& i) { return !i.has_golden; });
   const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
   Failing failing{!poses.passes, !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
-  Verdict& verdict = work.result.verdict;
-  if (!poses.has_golden && no_image) {
-    verdict = Verdict::created;
-  } else if (!poses.has_golden || !every_image || (!all_drawn && !failing.poses) || lacks_explanation(work)) {
-    verdict = Verdict::missing;
-  } else if (failing.any() || !work.edited.empty()) {
-    explain_edits(work, failing);
-    if (verdict == Verdict::pass && failing.any()) explain_inputs(work, failing);
-    if (verdict == Verdict::pass) {
-      const bool is_exact = work.is_exact_here();
+  Verdict& verdict = context.result.verdict;
+  if (!poses.has_golden && none_has_golden) {
+    verdict = Verdict::created;  // rule 1 of case_context.h
+  } else if (!poses.has_golden || !all_have_goldens || (!all_drawn && !failing.poses) ||
+             lacks_sidecar_or_track(context)) {
+    verdict = Verdict::missing;  // rule 1, too
+  } else if (failing.any() || !context.edited.empty()) {
+    explain_edits(context, failing);                                                  // rule 2
+    if (verdict == Verdict::pass && failing.any()) explain_inputs(context, failing);  // rules 3 and 4
+    if (verdict == Verdict::pass) {                                                   // rule 5
+      const bool is_exact = context.is_exact_here();
       verdict = failing.poses && failing.images && is_exact ? Verdict::both_changed
                 : failing.poses                             ? Verdict::simulation_changed
                 : is_exact                                  ? Verdict::renderer_changed
                                                             : Verdict::environment;
-      find_cause(work);
+      find_cause(context);
     }
   }
   if (verdict == Verdict::pass) return;
-  const std::string other = provenance_differences(work.sidecar, work.made_with);
-  if (!other.empty()) work.note(other);
+  const std::string other = provenance_differences(context.sidecar, context.made_with);
+  if (!other.empty()) context.note(other);
 }
 
 std::string change_text(const FirstChange& first) {
@@ -265,14 +267,14 @@ std::string change_text(const FirstChange& first) {
 
 std::string meaning(const CaseResult& result) {
   constexpr std::array<const char*, verdict_names.size()> meanings{
-      "error: it could not be checked",
-      "golden edited: it is not the one that was approved",
+      "error: the case could not be checked",
+      "golden edited: a golden differs from the approved one",
       "both changed, simulation and renderer",
       "simulation changed (renderer unchanged)",
-      "loading changed: another scene is loaded of the same file",
-      "scene changed: the file holds another scene than the goldens were made of",
+      "loading changed: the same file loads as another scene",
+      "scene changed: the file differs from the one that the goldens were made of",
       "renderer changed (simulation unchanged)",
-      "missing: goldens of this case are not there",
+      "missing: some goldens of this case are missing",
       "new: this case has no goldens yet",
       "environment: this is not the pinned renderer, and the pictures are beyond the tolerance",
       "pass"};

@@ -3,12 +3,12 @@
 /// the golden pictures of them.
 ///
 /// Each case has two independent tests:
-///   poses   the live simulation against the golden pose log, bit for bit (motion_comparison.h);
+///   poses   the live run against the golden pose log, bit for bit or in tolerance (motion_comparison.h);
 ///   images  the *golden* pose log, drawn now, against the golden pictures (image_comparison.h).
 ///
-/// A change of the solver fails the first alone, a change of the renderer the second alone. On the pinned
-/// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is
-/// reported as Verdict::environment.
+/// A change of the solver fails the first alone, a change of the renderer the second alone. Pictures must be
+/// equal where CaseContext::is_exact_here(), as on the pinned renderer; elsewhere the case's tolerance holds,
+/// and a picture beyond it is reported as Verdict::environment.
 ///
 /// The verdict of a case that fails because its inputs changed names the input: the scene's file, the loaded
 /// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
@@ -58,7 +58,8 @@ struct ImageResult {
   bool has_golden = false;
   bool is_drawn = false;  ///< whether the golden poses could be drawn
   bool passes = false;
-  bool is_blank = false;  ///< whether the golden picture is
+  bool is_blank = false;       ///< whether a picture drawn here, of golden or live poses, is blank
+  bool must_be_exact = false;  ///< whether no tolerance holds on this renderer
   /// Golden poses, this renderer, against the golden picture.
   std::optional<PictureComparison> against_golden;
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
@@ -114,10 +115,10 @@ struct CheckWatcher {
   std::function<void(const Json& entry)> after_case;  ///< its part of results.json
 };
 
-/// Checks the cases in worker processes, one for each processor. A case that crashes or exceeds its limit of
-/// time is an error, and a new worker goes on with the next case. Returns the content of results.json. Call
-/// it before drawing and without other threads, since the process forks. Throws Error when the suite cannot
-/// be read, another check writes to the same folder, or there is no renderer.
+/// Checks the cases in worker processes, one for each processor. A crash or an exceeded time limit becomes
+/// the case's verdict, an error, and a new worker takes the next case. Returns the content of results.json.
+/// Call it before drawing and without other threads, since the process forks. Throws Error when the suite
+/// cannot be read, another check writes to the same folder, or there is no renderer.
 Json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 std::filesystem::path results_file(const std::filesystem::path& output);

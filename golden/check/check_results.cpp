@@ -83,7 +83,7 @@ std::string below(const fs::path& file, const fs::path& folder) {
   return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }
 
-/// Adds what approve() copies.
+/// Adds the files that approve() copies and the sidecar that it writes.
 void add_candidates(const CaseResult& result, Json& json) {
   const fs::path suite_folder = result.entry.suite_folder;
   json["candidates"] = Json::array();

@@ -15,7 +15,7 @@
 namespace substep::golden {
 namespace {
 
-/// Prints a line on cases that pass with a note, such as a golden that is not the approved one.
+/// Prints a line on cases that pass with a note, such as a picture within the tolerance.
 void print_notes_of_passing(const Json& results) {
   std::vector<const Json*> noted;
   for (const Json& entry : results.at("cases"))
@@ -74,7 +74,7 @@ void approve_goldens(const ApproveOptions& options) {
   const Approval approval = approve(options);
   for (const auto& file : approval.written) fmt::print("wrote {}\n", file.string());
   for (const std::string& name : approval.already_good) fmt::print("{}: nothing to do\n", name);
-  fmt::print("{} files written\n", approval.written.size());
+  fmt::print("files written: {}\n", approval.written.size());
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct DiffOptions {
   std::optional<fs::path> scene;
 };
 
-/// Prints the differences. Returns true where there are any.
+/// Prints the differences. Returns true if there are any.
 bool differ(const PoseLog& expected, const PoseLog& actual) {
   const PoseDifference difference = compare(expected, actual);
   std::istringstream headers(difference.headers);
@@ -35,7 +35,7 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
                difference.first_frame * expected.settings.step);
   }
   if (difference.first_contradiction >= 0) {
-    fmt::print("frame {}: other poses under one hash: one of the files was edited, or is damaged\n",
+    fmt::print("frame {}: different poses with the same hash: one of the files was edited or is damaged\n",
                difference.first_contradiction);
   }
   if (difference.first_full_frame >= 0) {
@@ -57,7 +57,7 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
   return !difference.none();
 }
 
-bool differ_in_poses(const DiffOptions& options) {
+bool logs_differ(const DiffOptions& options) {
   if (!options.scene) {
     for (const fs::path& file : {options.expected, options.actual}) {
       if (is_pose_table(file)) throw Error("{}: name the table's scene with --scene FILE", file.string());
@@ -73,22 +73,20 @@ bool differ_in_poses(const DiffOptions& options) {
                 read_run(options.actual, scene, step_of(options.expected)));
 }
 
-void diff(const DiffOptions& options) {
-  if (differ_in_poses(options)) throw CLI::RuntimeError(1);
-}
-
 }  // namespace
 
 void add_diff_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand("diff", "Say what differs between two runs");
+  CLI::App* const command = app.add_subcommand("diff", "Report the differences between two runs");
   const auto options = std::make_shared<DiffOptions>();
   command->add_option("expected", options->expected, "A pose log or table")->required();
-  command->add_option("actual", options->actual, "Another of the same kind")->required();
+  command->add_option("actual", options->actual, "Another pose log or table")->required();
   command->add_option("--scene", options->scene, "The scene of a pose table");
   command->footer(
       "Ends with code 0 where nothing differs and 1 where something does.\n"
-      "Example:\n  substep diff golden/poses/rod_chain/a3.poses.txt rod_chain.a3.poses.txt");
-  command->callback([options] { diff(*options); });
+      "Example:\n  substep diff golden/poses/rod_chain/a3.poses rod_chain.a3.poses.txt");
+  command->callback([options] {
+    if (logs_differ(*options)) throw CLI::RuntimeError(1);
+  });
 }
 
 }  // namespace substep::golden

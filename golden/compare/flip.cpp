@@ -41,7 +41,7 @@ struct Band {
   int top, height;
 };
 
-/// Computes aᵇ for 0 ≤ a and 0 < b ≤ 1. A minimum stands for a condition here and below: Eigen computes it
+/// Computes aᵇ for 0 ≤ a and 0 ≤ b ≤ 1. A minimum stands for a condition here and below: Eigen computes it
 /// for four numbers at once.
 template <typename Exponent>
 Plane power(const Plane& a, const Exponent& b) {
@@ -67,9 +67,8 @@ Eigen::Matrix3d relative_xyz_from_rgb() {
 Planes transformed(const Eigen::Matrix3d& matrix, const Planes& c) {
   const Eigen::Matrix3f m = matrix.cast<float>();
   Planes result;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     result[static_cast<std::size_t>(i)] = m(i, 0) * c[0] + m(i, 1) * c[1] + m(i, 2) * c[2];
-  }
   return result;
 }
 
@@ -90,9 +89,8 @@ Planes hunt_lab(const Planes& rgb) {
   constexpr float knee = delta * delta * delta;
   Planes f = transformed(relative_xyz_from_rgb(), rgb);
   // The cube root above the knee, its tangent below.
-  for (Plane& c : f) {
+  for (Plane& c : f)
     c = (c.max(knee).log() * (1.0F / 3)).exp() + (c.min(knee) - knee) * (1 / (3 * delta * delta));
-  }
   const Plane lightness = 116 * f[1] - 16;
   return {lightness, 5 * lightness * (f[0] - f[1]), 2 * lightness * (f[1] - f[2])};
 }
@@ -116,6 +114,7 @@ Plane compressed_distance(const Planes& p, const Planes& q) {
 Plane color_difference(const Planes& p, const Planes& q) {
   const Plane zero = Plane::Zero(lanes, 1);
   const Plane one = Plane::Ones(lanes, 1);
+  // Green and blue are the farthest apart of a screen's colours.
   const float largest = compressed_distance(hunt_lab({zero, one, zero}), hunt_lab({zero, zero, one}))(0, 0);
   const float knee = color_knee * largest;
   const Plane distance = compressed_distance(p, q);
@@ -218,9 +217,9 @@ Plane filtered(const Plane& from, const Kernel& kernel, int reach) {
 constexpr auto filter_rows = filtered<Direction::along_rows>;
 constexpr auto filter_columns = filtered<Direction::along_columns>;
 
-/// A band of a picture after contrast-sensitivity filters.
+/// A band of a picture as an observer perceives it.
 struct Perceived {
-  Planes color;         ///< perceived
+  Planes color;         ///< after contrast-sensitivity filters
   Plane edges, points;  ///< strengths
 };
 
@@ -245,6 +244,7 @@ Planes linear_rgb(const render::Image& image, const Band& band, int reach) {
   return rgb;
 }
 
+/// Filters each opponent colour by its contrast sensitivity, and finds edges and points by derivatives.
 Perceived perceive(const render::Image& image, const Band& band, const Filters& filters) {
   const int reach = filters.reach;
   const Planes colors = opponent(linear_rgb(image, band, reach));

@@ -3,17 +3,18 @@
 ///
 /// The order of judgement; the first rule that applies decides:
 ///
-///  1. exact       every frame has the golden hash, and the stored poses are those of the hashes;
+///  1. exact       every frame has the golden hash (case_check.cpp compares the poses, too);
 ///  2. not exact   without a tolerance any difference fails: the rule for our own scenes;
 ///  3. end         the runs must have equally many frames and end alike;
 ///  4. poses       until the pairs of bodies that touch differ for the first time, every body must be within
 ///                 `position` and `orientation` of the golden one;
-///  5. invariants  from there on two right runs need not agree any more, for contacts multiply the smallest
-///                 difference; but energy, deepest penetration and the number of resting bodies must.
+///  5. invariants  from there on contacts multiply the smallest difference, so poses may differ; but energy,
+///                 penetration (where deeper than the golden) and the number of resting bodies must agree.
 
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "golden/compare/track.h"
@@ -25,7 +26,7 @@ struct PoseTolerance {
   double position = 1e-4;     ///< m
   double orientation = 1e-3;  ///< rad
   double energy = 0.02;       ///< fraction of the golden run's largest energy
-  double penetration = 1e-3;  ///< m
+  double penetration = 1e-3;  ///< m, beyond the golden run's
   int resting = 1;            ///< bodies
 };
 
@@ -57,9 +58,9 @@ struct FirstChange {
   int frame = -1;                   ///< first with another state, −1: none
   std::vector<std::string> bodies;  ///< those whose state changed in it; empty: not known without a track
   std::string body;     ///< the one of `bodies`, or of all if empty, that differs most at `size_frame`
-  char axis = ' ';      ///< 'x' 'y' 'z' of its position, 'r' orientation, ' ' only velocities
+  char axis = ' ';      ///< 'x' 'y' 'z' of its position, 'r' orientation, ' ' only velocities, or not known
   double size = 0;      ///< m, or rad for 'r'
-  int size_frame = -1;  ///< where that was measured: `frame`, or the next with poses that differ
+  int size_frame = -1;  ///< of this measurement: `frame`, or the next with other poses; −1: not known
 };
 
 struct MotionComparison {

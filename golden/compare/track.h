@@ -4,8 +4,8 @@
 /// A golden pose log has a hash of every frame, but poses of only about every tenth. The track beside it has
 /// for every frame a digest of each body, which tells the first body to change; the poses to a hundredth of a
 /// millimetre, which can be drawn to find the first visible change; and invariants, which stay comparable
-/// where poses do not. A track only explains a verdict, except that pose tolerances past a change of contacts
-/// need it (motion_comparison.h).
+/// where poses do not. A track explains a verdict, and pose tolerances past a change of contacts need it
+/// (motion_comparison.h). A case without a track is `missing`.
 
 #include <cstdint>
 #include <filesystem>
@@ -18,7 +18,6 @@
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
-#include "sim/simulation.h"
 
 namespace substep::golden {
 

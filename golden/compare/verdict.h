@@ -20,7 +20,7 @@ enum class Verdict {
   loading_changed,     ///< an equal file loads as other bodies
   scene_changed,       ///< the scene's file is not that of the goldens
   renderer_changed,    ///< equal poses are drawn differently
-  missing,             ///< some of the case's goldens are missing
+  missing,             ///< a golden, the sidecar or the track is missing, or a picture's golden poses are
   created,             ///< all goldens are missing: the case is new
   environment,         ///< pictures beyond the tolerance, on a renderer other than the goldens'
   pass,
@@ -49,14 +49,14 @@ inline Verdict verdict_named(std::string_view name) {
   return found == verdict_names.end() ? Verdict::error : static_cast<Verdict>(found - verdict_names.begin());
 }
 
-/// Returns 0 if all pass; 3 if the worst verdict is environment; else, or with orphans, 1.
+/// Returns 1 with orphans or a verdict worse than environment; else 3 with environment, 0 without.
 inline int exit_code(std::span<const Verdict> cases, std::size_t orphans) {
   const Verdict gravest = cases.empty() ? Verdict::pass : std::ranges::min(cases);
   if (orphans > 0 || gravest < Verdict::environment) return 1;
   return gravest == Verdict::environment ? 3 : 0;
 }
 
-/// Returns the number of each verdict that occurs: "3 simulation changed, 1 orphan, 30 pass".
+/// Returns the numbers of passes and of all else that occurs: "3 simulation changed, 1 orphan, 30 pass".
 inline std::string totals(std::span<const Verdict> cases, std::size_t orphans) {
   std::string text;
   for (const std::string_view name : verdict_names) {

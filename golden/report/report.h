@@ -1,10 +1,9 @@
 #pragma once
-/// The report of a check: one HTML file that opens from disk, with everything in it; and junit.xml for CI
-/// services.
+/// The report of a check: one HTML page that opens from disk, and junit.xml for CI services.
 ///
-/// The page needs no network and no script: without scripts it is tables and pictures, with them each pair of
-/// pictures can be slid, flickered and zoomed. Pictures are in the file until it would grow beyond
-/// `largest_report`; later cases link to their pictures in the check's folder.
+/// The page needs no network. Without scripts it is tables and pictures; with them a reader slides, flickers
+/// and zooms each pair. Pictures are embedded until the page has `largest_report` bytes; further pictures,
+/// and motion pages, are links into the check's folder.
 
 #include <cstddef>
 #include <filesystem>
@@ -23,8 +22,8 @@ void write_report(const Json& results, const std::filesystem::path& output);
 
 std::filesystem::path junit_file(const std::filesystem::path& output);
 
-/// Writes junit.xml with two tests a case, poses and images. A case that could not be checked is an error; so
-/// are all cases left over by a check that did not end.
+/// Writes junit.xml: a test of each case's poses and, where it has pictures, one of its images; errors for
+/// cases that could not be checked and for a check that did not end; a failure for each orphan.
 void write_junit(const Json& results, const std::filesystem::path& output);
 
 /// Writes one error for a check that could not begin or continue; `why` is its message.

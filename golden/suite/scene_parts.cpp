@@ -7,6 +7,8 @@
 #include <array>
 #include <type_traits>
 
+#include "render/body_mesh.h"
+
 namespace substep::golden {
 namespace {
 
@@ -69,22 +71,23 @@ std::string joint_digest(const Joint& joint) {
   return text_of(digest);
 }
 
-/// Adds the appearance to the digest; nothing for a surface with only base colour, metallic and roughness.
+/// Adds the appearance to the digest; nothing where render::needs_looks() is false.
 void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
                     const VertexAttributes& attributes) {
-  const bool is_emissive = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
-  if (is_emissive) digest.add(surface.emission);
+  if (std::ranges::max(surface.emission) > 0) digest.add(surface.emission);
+  if (render::needs_looks(scene)) digest.add(surface.is_double_sided);
   if (surface.is_unlit) digest.add(true);
-  if (surface.opacity != Surface::Opacity::opaque) {
+  if (surface.opacity != Surface::Opacity::opaque)
     digest.add(surface.opacity, surface.alpha, surface.cut_off);
-  }
-  for (const Texture& texture : surface.textures) {
+  for (std::size_t role = 0; role < surface.textures.size(); ++role) {
+    const Texture& texture = surface.textures[role];
     if (texture.image < 0) continue;
-    digest.add(fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes));
-    digest.add(texture.turn, texture.offset);
+    digest.add(role, fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes));
+    digest.add(texture.turn, texture.offset, surface.normal_scale, surface.occlusion_strength);
+    digest.add(texture.wrap, texture.is_sharp_near, texture.is_sharp_far, texture.levels);
     digest.add(attributes.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]);
   }
-  digest.add(attributes.colors);
+  digest.add(attributes.colors, attributes.tangents);
 }
 
 void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
@@ -213,13 +216,13 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
     result.text += (result.text.empty() ? "" : "; ") + what;
   };
   const auto compare = [&](const Kind& kind, const std::vector<std::string>& items) {
-    const std::string before = noted.value(kind.key, std::string());
-    const std::string after = here.at(kind.key);
-    if (before.size() != after.size()) {
-      add(kind, fmt::format("{}: {} in the golden, {} now", kind.text, before.size() / digits,
-                            after.size() / digits));
-    } else if (before != after) {
-      add(kind, fmt::format("{} of {}", kind.text, listed(differing(before, after, items))));
+    const std::string golden = noted.value(kind.key, std::string());
+    const std::string now = here.at(kind.key);
+    if (golden.size() != now.size()) {
+      add(kind, fmt::format("{}: {} in the golden, {} now", kind.text, golden.size() / digits,
+                            now.size() / digits));
+    } else if (golden != now) {
+      add(kind, fmt::format("{} of {}", kind.text, listed(differing(golden, now, items))));
     }
   };
   std::vector<std::string> bodies = names_of(scene.bodies);
@@ -228,6 +231,7 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
   before.front() = bodies.front();
   compare({"world", "gravity, step or gyroscopic term", true, false}, {"the scene"});
   compare({"view", "pose, field of view, brightness or colour", false, true}, {"camera", "light"});
+  // Compare body by body where there are equally many; list those that are gone or new otherwise.
   if (noted.value("mass", std::string()).size() == bodies.size() * digits) {
     for (const Kind& kind : body_kinds) compare(kind, bodies);
   } else {

@@ -1,7 +1,7 @@
 #pragma once
-/// The sidecar of a case: provenance of its goldens, what they show, and when and why they were approved. It
-/// explains a failure and never makes a case fail. Its digests of the scene's parts tell which part of
-/// a body differs between two scenes.
+/// The sidecar of a case: provenance, hashes and content of its goldens, date and reason of their approval. A
+/// case without a sidecar is `missing`; a golden that differs from its hash is `golden edited`. Digests of
+/// the scene's parts tell which part of a body differs between two scenes.
 
 #include <filesystem>
 #include <string>
@@ -43,7 +43,7 @@ Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string&
                   const Scene& scene, const std::vector<Sidecar::Picture>& pictures,
                   const MadeWith& made_with);
 
-/// Returns the settings of a case's run. A run made elsewhere has its name in place of the algorithm.
+/// Returns the settings of a case's run. A run of another program has its author in place of the algorithm.
 Json run_settings(const SuiteCase& entry);
 
 /// Returns the sidecar's file as text.
@@ -55,15 +55,15 @@ Json to_json(const MadeWith& made_with);
 /// is equal.
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
 
-/// Returns four hexadecimal digits for each part of each body and joint of the scene as loaded, in the order
-/// of Scene::bodies.
+/// Returns digests of four hexadecimal digits, by kind of part: of the world, of camera and light, of each
+/// body in the order of Scene::bodies, and of each joint in the order of Scene::joints.
 Json scene_parts(const Scene& scene);
 
 /// The differences between a scene and the noted parts of another.
 struct SceneDifference {
   bool moves = false;     ///< something that motion depends on differs
   bool is_drawn = false;  ///< something that is drawn differs
-  std::string text;       ///< "mass of box_3; mesh or colour of box_1, box_2 and 5 more"; empty: nothing
+  std::string text;       ///< "mass of box_3; mesh or colour of a, b, c, d and 5 more"; empty: nothing
 };
 
 /// Compares a scene with noted digests. `names` are the noted bodies' names from the pose log; empty without

@@ -2,7 +2,7 @@
 /// The suite file: which scenes are watched, how they are run, and which of their frames are kept as
 /// pictures.
 ///
-///     [defaults]                      # every key may stand in a [[case]] too, and holds there
+///     [defaults]                      # a [[case]] may override each key
 ///     frames = 120                    # steps to run
 ///     full_every = 10                 # the golden pose log has the poses of every 10th frame
 ///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
@@ -10,7 +10,7 @@
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
 ///     renderer = "pinned"             # or "any": pictures are exact on the renderer that drew them
 ///     time_limit = 120                # s: a case that takes longer to check is an error
-///     tolerance = { hard = 64, level = 3, count = 20 }   # of pictures: image_comparison.h
+///     tolerance = { hard = 64, level = 3, count = 20 }   # or { flip = 0.3 }: image_comparison.h
 ///
 ///     [defaults.settings]             # settings_fields.h; else usual_settings() of the scene
 ///     substeps = 4
@@ -21,7 +21,7 @@
 ///     [[case]]                        # one golden case per algorithm
 ///     scene = "../scenes/box_stack.gltf"    # relative to the suite file
 ///     tolerance = { count = 400 }     # what is not named here stays as in [defaults]
-///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3 }
+///     pose_tolerance = {position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1}
 ///
 ///     [[case]]                        # a run made elsewhere, in place of `algorithms`: one case
 ///     scene = "../scenes/arm.gltf"
@@ -31,10 +31,9 @@
 ///     scene = "../scenes/arm.gltf"
 ///     poses = "../out/arm.csv"        # a pose table; not in [defaults]
 ///
-/// A case has the keys of [defaults], overridden by its own. Without a `pose_tolerance` (motion_comparison.h)
-/// poses must be the golden ones bit for bit. Of the settings, a run made elsewhere uses only step,
-/// iterations and substeps; a table is compared up to `frames` or its end. Commands of several cases may run
-/// at once.
+/// Without a `pose_tolerance` (motion_comparison.h) poses must be the golden ones bit for bit. Of the
+/// settings, a run made elsewhere uses only step, iterations and substeps; a table is compared up to `frames`
+/// or its end. Commands of several cases may run at once.
 ///
 /// A case is named after its scene file and algorithm, or the file that its command runs, or its table:
 /// box_stack.a4, box_stack.arm. A second [[case]] of the same names needs a `variant = "stable"`:

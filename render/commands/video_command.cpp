@@ -10,7 +10,7 @@
 
 #include "render/commands/commands.h"
 #include "render/commands/options.h"
-#include "render/video/composition.h"
+#include "render/video/strips.h"
 #include "render/video/video.h"
 #include "sim/commands/output.h"
 #include "sim/error.h"
@@ -80,7 +80,7 @@ void make(VideoOptions& options) {
 }
 
 /// Adds the options of overlays, strips and the camera.
-void add_look_options(CLI::App& command, VideoOptions& options) {
+void add_picture_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--overlay", options.overlays,
                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
@@ -116,7 +116,7 @@ void add_video_command(CLI::App& app) {
   VideoSettings& video = options->video;
   options->comparison.add_to(*command);
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  add_look_options(*command, *options);
+  add_picture_options(*command, *options);
   command->add_option(
       "--output", options->output,
       "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "

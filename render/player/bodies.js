@@ -13,7 +13,7 @@ class Bodies {
     this.samplers = new Map();
     this.order = [];
     this.draws = [];
-    this.veils = [];
+    this.blended = [];
     this.radii = new Float32Array(data.bodies.length);
     this.instances = gl.createBuffer();
     data.meshes.forEach((primitives, mesh) => {
@@ -32,7 +32,7 @@ class Bodies {
     this.largest = Math.max(0.01, ...moving);
   }
 
-  /** Uploads a primitive: drawn for all bodies at once, or if blended for one body after the other, from back to front. */
+  /** Uploads a primitive, drawn for all bodies at once; a blended one for each body alone, so that the painter can sort. */
   uploadPrimitive(primitive, first, bodies) {
     const {gl} = this;
     const {positions, normals, coordinates, colors, tangents, indices, look} = primitive;
@@ -56,7 +56,7 @@ class Bodies {
     positions.forEach((value, i) => { low[i % 3] = Math.min(low[i % 3], value); high[i % 3] = Math.max(high[i % 3], value); });
     const middle = low.map((value, axis) => (value + high[axis]) / 2);
     bodies.forEach((body, i) => {
-      this.veils.push({...draw, vertices: this.vertexArray(attributes, elements, first + i), count: 1, body, middle});
+      this.blended.push({...draw, vertices: this.vertexArray(attributes, elements, first + i), count: 1, body, middle});
     });
   }
 
@@ -71,6 +71,7 @@ class Bodies {
       gl.vertexAttribPointer(location, width, gl.FLOAT, false, 0, 0);
     }
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
+    // Location, width and offset of an instance's 12 numbers: position, quaternion, tint, number of a moving body
     [[2, 3, 0], [3, 4, 3], [4, 4, 7], [5, 1, 11]].forEach(([location, width, offset]) => {
       gl.enableVertexAttribArray(location);
       gl.vertexAttribPointer(location, width, gl.FLOAT, false, 48, 48 * first + 4 * offset);
@@ -134,7 +135,7 @@ class Bodies {
     gl.bufferData(gl.ARRAY_BUFFER, this.instanceValues, gl.DYNAMIC_DRAW);
   }
 
-  /** Draws primitives by a program. */
+  /** Draws primitives with a program and a view. */
   draw(program, clip, draws) {
     const {gl} = this;
     useProgram(gl, program, {clip_from_world: clip});

@@ -14,7 +14,7 @@ class Painter {
     this.data = data;
     this.gl = canvas.getContext('webgl2', {antialias: true, alpha: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the pictures need; the strips are there.');
-    // With blended surfaces keep and average the picture in linear light.
+    // Blended surfaces are drawn into an sRGB buffer, which blends in linear light.
     this.hasVeils = data.meshes.some((primitives) => primitives.some(({look}) => look.isBlended));
     const defines = (data.looks ? '#define LOOKS\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
     this.programs = {
@@ -73,18 +73,18 @@ class Painter {
   }
 
   /** Draws blended surfaces from back to front, and of each its far side first. */
-  drawVeils(track, k, view) {
+  drawBlended(track, k, view) {
     const {gl} = this;
-    const away = (veil) => dot(minus(placed(poseAt(this.data, track, k, veil.body), veil.middle), view.eye), view.forward);
-    const veils = this.bodies.veils.map((veil) => [away(veil), veil]).sort(([a], [b]) => b - a);
+    const away = (draw) => dot(minus(placed(poseAt(this.data, track, k, draw.body), draw.middle), view.eye), view.forward);
+    const blended = this.bodies.blended.map((draw) => [away(draw), draw]).sort(([a], [b]) => b - a);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     gl.enable(gl.CULL_FACE);
-    for (const [, veil] of veils) {
+    for (const [, draw] of blended) {
       for (const hidden of [gl.FRONT, gl.BACK]) {
         gl.cullFace(hidden);
-        this.bodies.draw(this.programs.body, view.clip, [veil]);
+        this.bodies.draw(this.programs.body, view.clip, [draw]);
       }
     }
     gl.disable(gl.CULL_FACE);
@@ -162,7 +162,8 @@ class Painter {
   /** Uses a program in the light, view and shadow of a picture. */
   prepare(program, view, shadow) {
     const {light, light: {lamps}} = this.data;
-    const own = {light_places: lamps.places, light_axes: lamps.axes, light_cones: lamps.cones, light_colors: lamps.colors};
+    const {places, axes, cones, colors} = lamps;
+    const own = {light_positions: places, light_axes: axes, light_cones: cones, light_colors: colors};
     useProgram(this.gl, program, {
       ...light, ...(lamps.count > 0 ? own : {}), light_count: lamps.count, eye: view.eye, reach: view.reach, viewport: view.box,
       clip_from_world: view.clip, shadow: 0, shadow_from_world: shadow.clip, shadow_bias: shadow.bias,
@@ -189,7 +190,7 @@ class Painter {
     this.prepare(this.programs.body, view, shadow);
     this.bodies.draw(this.programs.body, view.clip, this.bodies.draws);
     if (this.hasVeils) {
-      this.drawVeils(track, k, view);
+      this.drawBlended(track, k, view);
       this.showLight(box);
     }
     if (ghost) this.drawGhost(ghost, k, view);
@@ -286,7 +287,7 @@ class Painter {
     gl.bindFramebuffer(gl.FRAMEBUFFER, numbers.framebuffer);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.bodies.draw(this.programs.number, view.clip, [...this.bodies.draws, ...this.bodies.veils]);
+    this.bodies.draw(this.programs.number, view.clip, [...this.bodies.draws, ...this.bodies.blended]);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const thick = Math.max(1, Math.round(view.box[3] / 300));

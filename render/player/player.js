@@ -37,7 +37,7 @@ class Player {
     const {data} = this;
     this.panels = data.panels.map((panel, index) => {
       const section = append($('panels'), 'section', {className: 'panel'});
-      section.style.setProperty('--ink', panel.color);
+      section.style.setProperty('--color', panel.color);
       const title = [panel.name, panel.words].filter(Boolean).join(', ');
       section.setAttribute('aria-label', title);
       const head = append(section, 'div', {className: 'head', title});
@@ -72,9 +72,9 @@ class Player {
       if (other) {
         const distance = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
         this.camera.zoom(distance(before) / Math.max(1, distance(event)));
-        this.camera.pan(dx / 2, dy / 2, picture.clientHeight);
+        this.camera.pan(dx / 2, dy / 2, picture);
       } else if (event.shiftKey || event.buttons & 6) {
-        this.camera.pan(dx, dy, picture.clientHeight);
+        this.camera.pan(dx, dy, picture);
       } else {
         this.camera.orbit(dx, dy);
       }
@@ -153,7 +153,7 @@ class Player {
       ',': () => this.changeSpeed(1), '.': () => this.changeSpeed(-1),
       r: () => this.resetCamera(), s: () => this.save(), h: () => this.help(), '?': () => this.help(),
       b: () => data.strips.length > 1 && this.showStrip((+$('strip').value + 1) % data.strips.length),
-      Escape: () => { $('keys').hidden = true; this.show(-1); }, 0: () => this.show(-1),
+      Escape: () => { $('shortcuts').hidden = true; this.show(-1); }, 0: () => this.show(-1),
     };
     if (!onButton) actions[' '] = () => this.play(!this.isPlaying);
     if (key in OVERLAYS) actions[key] = () => this.toggle(OVERLAYS[key]);
@@ -169,8 +169,8 @@ class Player {
   }
 
   help() {
-    $('keys').hidden = !$('keys').hidden;
-    $('help').setAttribute('aria-expanded', String(!$('keys').hidden));
+    $('shortcuts').hidden = !$('shortcuts').hidden;
+    $('help').setAttribute('aria-expanded', String(!$('shortcuts').hidden));
   }
 
   toggle(name) {
@@ -201,7 +201,7 @@ class Player {
       const ramp = data.ramp.map((color) => `rgb(${color})`).join();
       parts.push(`<span>${lower} <b style="display:inline-block;width:120px;height:9px;background:linear-gradient(90deg,${ramp})"></b> ${upper} from the reference</span>`);
     }
-    $('key').innerHTML = parts.join('');
+    $('overlay-legend').innerHTML = parts.join('');
   }
 
   /** Shows one panel alone; −1: all. */

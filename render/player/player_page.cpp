@@ -256,8 +256,8 @@ std::string for_page(const Json& json) {
 
 }  // namespace
 
-ReadingChoice player_readings(const Scene& scene) {
-  ReadingChoice readings;
+QuantityChoice player_readings(const Scene& scene) {
+  QuantityChoice readings;
   readings.gap = !JointGapMeter(scene).is_empty();
   readings.energy = true;
   return readings;

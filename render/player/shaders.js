@@ -73,7 +73,7 @@ const SURFACE = `
 in vec4 places;
 in vec4 own_color;
 ` + LOOKS + `
-vec4 texel(sampler2D map, int role) { return texture(map, place_in_image(role, places)); }
+vec4 texel(sampler2D map, int role) { return texture(map, image_coordinates(role, places)); }
 #endif
 uniform vec3 color;
 
@@ -109,7 +109,7 @@ void main() {
   // Read all texels before the first discard, which would leave neighbours without derivatives.
   own_metallic_roughness *= texel(finish_texture, 1).bg;
   n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
-  ambient_visibility = open_part(texel(occlusion_texture, 3));
+  ambient_visibility = ambient_fraction(texel(occlusion_texture, 3));
   emitted = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
 #endif
   vec4 own = own_base_color();

@@ -13,13 +13,13 @@ namespace substep::report {
 struct Document {
   struct Block {
     enum class Kind { heading, paragraph, table, picture, card_begin, card_end } kind;
-    std::string text = {};     ///< heading, paragraph: Markdown with ** and `; picture: description
+    std::string text = {};     ///< heading, paragraph: text with ** and ` as marks; picture: description
     int level = 0;             ///< heading: 1 is the page's title
     TextTable table = {};      ///< table
     std::string file = {};     ///< picture: beside the Markdown page
-    std::string content = {};  ///< picture: SVG, or PNG where its file is named so
+    std::string content = {};  ///< picture: SVG; PNG where `file` ends in .png
     /// Picture: more files, by the extension that replaces the picture's.
-    std::vector<std::pair<std::string, std::string>> beside = {};
+    std::vector<std::pair<std::string, std::string>> other_files = {};
   };
 
   std::vector<Block> blocks;
@@ -32,12 +32,12 @@ struct Document {
   }
   void table(TextTable rows) { blocks.push_back({.kind = Block::Kind::table, .table = std::move(rows)}); }
   void picture(std::string about, std::string file, std::string content,
-               std::vector<std::pair<std::string, std::string>> beside = {}) {
+               std::vector<std::pair<std::string, std::string>> other_files = {}) {
     blocks.push_back({.kind = Block::Kind::picture,
                       .text = std::move(about),
                       .file = std::move(file),
                       .content = std::move(content),
-                      .beside = std::move(beside)});
+                      .other_files = std::move(other_files)});
   }
   /// Begins a frame around the blocks until end_card().
   void begin_card() { blocks.push_back({.kind = Block::Kind::card_begin}); }

@@ -134,7 +134,7 @@ std::vector<TextTable> numbers_of(const Sheet& sheet) {
   return tables;
 }
 
-DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
+RenderedFigure rendered(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
   return {draw(sheet, format, style), points_csv(sheet), caption_text(sheet), sheet.left_out};
 }
 

@@ -44,13 +44,14 @@ const ReportFigure& figure_named(const std::string& name);
 std::vector<TextTable> numbers_of(const Sheet& sheet);
 
 /// A figure as files.
-struct DrawnFigure {
+struct RenderedFigure {
   std::string picture;
-  std::string points;   ///< CSV, a line a drawn point: panel, series, the axes' titles, x, y, its value
+  std::string points;   ///< CSV, a line for each point: panel, series, the axes' titles, x, y, its value
   std::string caption;  ///< caption_text()
   std::vector<LeftOut> left_out;
 };
-DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
+/// Draws the sheet; returns its files.
+RenderedFigure rendered(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
 
 /// The x axis and the choice of lines of work_sheet().
 enum class WorkFigure { rows, time, engines, engine_steps };
@@ -84,8 +85,8 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost);
 Sheet warm_start_sheet(const FigureSource& source);
 Sheet needed_substeps_sheet(const FigureSource& source);
 Sheet soft_rows_sheet(const FigureSource& source);
-/// Returns tables of the merit at the cost of A5 with 16 sub-steps: one for scenes that stand, one for scenes
-/// that move.
+/// Returns each algorithm's displacement in standing scenes and its error in moving ones, at the cost of A5
+/// with 16 sub-steps: a table each, where there are such scenes.
 std::vector<TextTable> equal_cost_of_descendants(const std::vector<SweepRecord>& records, Cost cost);
 
 }  // namespace substep::report

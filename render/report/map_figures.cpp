@@ -20,7 +20,7 @@ namespace {
 
 constexpr SeriesStyle good_mark{2, 7, false, false};
 constexpr SeriesStyle fair_mark{1, 9, false, false};
-constexpr SeriesStyle lost_mark{4, 2, false, false};
+constexpr SeriesStyle bad_mark{4, 2, false, false};
 
 using Axes = std::array<double, 2> (*)(const Settings& settings);
 
@@ -66,7 +66,7 @@ void set_values(Axis& axis, const std::set<double>& values, std::string (*text)(
 /// Adds a panel with a point for each run: right, bounded or not bounded.
 Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
   std::array<Series, 3> series{
-      {{"error below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", lost_mark}}};
+      {{"error or gap below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", bad_mark}}};
   for (const SweepRecord& run : map.runs) {
     const double miss = error_or_gap_of(run);
     Series& own = series.at(!run.metrics->bounded ? 2 : miss < 0.01 ? 0 : 1);
@@ -74,9 +74,8 @@ Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
     own.values.push_back(miss);
   }
   Panel& panel = sheet.panels.emplace_back(Panel{.x = std::move(x), .y = std::move(y)});
-  for (Series& one : series) {
+  for (Series& one : series)
     if (!one.points.empty()) panel.series.push_back(std::move(one));
-  }
   return panel;
 }
 
@@ -111,6 +110,7 @@ Sheet step_map_sheet(const FigureSource& source) {
 Sheet factor_map_sheet(const FigureSource& source) {
   const Axes axes = [](const Settings& s) { return std::array{s.kappa, s.tau}; };
   const auto without = [](Settings s) {
+    // Leave out runs whose contacts have factors of their own
     if (s.contact_tau == 0 && s.contact_kappa == 0) s.tau = s.kappa = 1;
     return s;
   };
@@ -132,8 +132,8 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
               .caption = {"heavy_chain.gltf, the ball's mass changed; 1 s against the reference. A1: steps "
                           "of 1/(60 n) s; A3, A5: h = 1/60 s, m = 1, τ = κ = 1.",
                           "At one n all four solve each row as often.",
-                          "Bounded: RMS error below 10 % of the chain's length, joints open by less than 10 "
-                          "% of a link, no energy gained."},
+                          "Bounded: RMS error below 10 % of the chain's length, joint gaps below 10 % of the "
+                          "smallest body, energy rise below 10 % of a fall's."},
               .columns = 2};
   const Scene scene = source.scene("heavy_chain");
   for (const auto& [algorithm, joints] :
@@ -144,9 +144,9 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
     settings.tau = settings.kappa = 1;
     Series good{"error below 1 % of the size", good_mark};
     Series fair{"bounded: below 10 %", fair_mark};
-    Series lost{"lost", lost_mark};
+    Series unbounded{"not bounded", bad_mark};
     for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
-      Series& series = !point.bounded ? lost : point.error < 0.01 ? good : fair;
+      Series& series = !point.bounded ? unbounded : point.error < 0.01 ? good : fair;
       series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
     }
     const bool is_direct = algorithm == Algorithm::a1;
@@ -155,22 +155,22 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
                             .x = {"mass of the end / of a link", true, std::array{0.4, 25000.0}},
                             .y = {is_direct ? "n: steps of 1/(60 n) s" : "sub-steps n", true,
                                   std::array{0.7, 90.0}, "(1, 2, 4, 8, 16, 32, 64)"},
-                            .series = {std::move(good), std::move(fair), std::move(lost)}});
+                            .series = {std::move(good), std::move(fair), std::move(unbounded)}});
   }
   return sheet;
 }
 
 Sheet stiffness_sheet(const FigureSource&) {
   Sheet sheet{.title = "Step against stiffness: one weight of 1 kg on a spring without damping",
-              .caption = {"A spring is taken implicitly (a soft limit): too stiff for the step, it should be "
-                          "damped and never gain energy."},
+              .caption = {"A spring is a soft limit, integrated implicitly: one too stiff for the step loses "
+                          "energy, and must never gain any."},
               .panel_height = 300};
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
     Settings settings;
     settings.algorithm = algorithm;
     Series good{"keeps its energy to 10 % for 1 s", good_mark};
     Series damped{"is damped", {1, 6, false, false}};
-    Series grows{"gains energy", lost_mark};
+    Series grows{"gains energy", bad_mark};
     for (const StiffnessPoint& point : stiffness_map(settings)) {
       Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
       series.points.push_back({point.stiffness, point.step});
@@ -194,7 +194,7 @@ Sheet stability_sheet(const FigureSource&) {
   const std::vector<StabilityPoint> points = stability_map();
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     Series stable{"stable", good_mark};
-    Series unstable{"unstable", lost_mark};
+    Series unstable{"unstable", bad_mark};
     for (const StabilityPoint& point : points) {
       if (point.algorithm != algorithm) continue;
       (point.converges ? stable : unstable).points.push_back({point.kappa, point.tau});
@@ -211,8 +211,9 @@ Sheet stability_sheet(const FigureSource&) {
 }
 
 Sheet avbd_stability_sheet(const FigureSource& source) {
-  Sheet sheet{.title = "AVBD over mass scale and β: three boxes of 1 m on one another",
-              .caption = {"h = 1/60 s, α = 0.99, γ = 0.999. No other method here notices the mass scale."}};
+  Sheet sheet{
+      .title = "AVBD: three boxes of 1 m in a stack, by mass and β",
+      .caption = {"h = 1/60 s, α = 0.99, γ = 0.999. No other method here depends on the mass scale."}};
   const Scene stack = source.scene("box_stack");
   for (const int iterations : {5, 10, 20}) {
     Settings settings = default_settings(Algorithm::avbd);
@@ -221,7 +222,7 @@ Sheet avbd_stability_sheet(const FigureSource& source) {
     std::vector<Series> series{{"move by less than 1 cm in 5 s", good_mark},
                                {"by less than 10 cm", {6, 6, false, false}},
                                {"by less than 1 m", {1, 8, false, false}},
-                               {"farther, or turn over", lost_mark}};
+                               {"farther, or turn over", bad_mark}};
     for (const AvbdPoint& point : avbd_map(stack, settings)) {
       const std::size_t kind = point.falls ? 3 : point.moved < 0.01 ? 0 : point.moved < 0.1 ? 1 : 2;
       series[kind].points.push_back({point.mass, point.beta});

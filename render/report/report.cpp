@@ -20,10 +20,10 @@ std::string_view report_md();
 namespace substep::report {
 namespace {
 
-/// Drawn figures by their names, without figures that have no data.
-using Pictures = std::map<std::string, DrawnFigure>;
+/// Rendered figures by their names, without figures that have no data.
+using Pictures = std::map<std::string, RenderedFigure>;
 
-Pictures drawn_figures(const FigureSource& source, const std::function<void(double)>& progress) {
+Pictures rendered_figures(const FigureSource& source, const std::function<void(double)>& progress) {
   Pictures pictures;
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
@@ -32,25 +32,25 @@ Pictures drawn_figures(const FigureSource& source, const std::function<void(doub
     if (embedded::report_md().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
     // Skip figures for which the sweep has no data.
-    if (!sheet.panels.empty()) pictures[figure.name] = report::drawn(sheet, PictureFormat::svg);
+    if (!sheet.panels.empty()) pictures[figure.name] = rendered(sheet, PictureFormat::svg);
   }
   return pictures;
 }
 
 /// Returns the paragraphs of a text, each with its lines joined.
-std::vector<std::string> parts_of(std::string_view text) {
-  std::vector<std::string> parts(1);
+std::vector<std::string> paragraphs_of(std::string_view text) {
+  std::vector<std::string> paragraphs(1);
   std::istringstream lines{std::string(text)};
   for (std::string line; std::getline(lines, line);) {
-    std::string& part = parts.back();
+    std::string& last = paragraphs.back();
     if (!line.empty()) {
-      part += (part.empty() ? "" : " ") + line;
-    } else if (!part.empty()) {
-      parts.emplace_back();
+      last += (last.empty() ? "" : " ") + line;
+    } else if (!last.empty()) {
+      paragraphs.emplace_back();
     }
   }
-  if (parts.back().empty()) parts.pop_back();
-  return parts;
+  if (paragraphs.back().empty()) paragraphs.pop_back();
+  return paragraphs;
 }
 
 /// Returns the table without empty columns.
@@ -74,11 +74,7 @@ class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
       : source_(source), records_(source.records), pictures_(std::move(pictures)) {
-    for (const std::string& scene : scenes_of(records_)) {
-      conditions_.insert(scene);
-      conditions_.insert(has_contacts(of_scene(records_, scene)) ? "contacts" : "joints");
-    }
-    if (source.properties) conditions_.insert("properties");
+    for (const std::string& scene : scenes_of(records_)) conditions_.insert(scene);
     if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
@@ -87,41 +83,41 @@ class Report {
   }
 
   Document page() {
-    for (const std::string& part : parts_of(embedded::report_md())) add(part);
+    for (const std::string& paragraph : paragraphs_of(embedded::report_md())) add(paragraph);
     end_section();
     return std::move(page_);
   }
 
  private:
-  void add(const std::string& part) {
+  void add(const std::string& paragraph) {
     constexpr std::string_view condition = "(if ";
-    if (part.starts_with('#')) {
+    if (paragraph.starts_with('#')) {
       end_section();
-      const std::size_t level = part.find(' ');
+      const std::size_t level = paragraph.find(' ');
       section_ = page_.blocks.size();
-      page_.heading(static_cast<int>(level), part.substr(level + 1));
-    } else if (part.starts_with('!') || part.starts_with('[')) {
+      page_.heading(static_cast<int>(level), paragraph.substr(level + 1));
+    } else if (paragraph.starts_with('!') || paragraph.starts_with('[')) {
       const std::size_t before = page_.blocks.size();
-      if (part.starts_with('!')) {
-        picture(part.substr(2, part.size() - 3));
+      if (paragraph.starts_with('!')) {
+        picture(paragraph.substr(2, paragraph.size() - 3));
       } else {
-        contents_.at(part.substr(1, part.size() - 2))();
+        contents_.at(paragraph.substr(1, paragraph.size() - 2))();
       }
-      ++asked_;
-      if (page_.blocks.size() > before) ++came_;
-    } else if (part.starts_with(condition)) {
-      const std::size_t end = part.find(')');
-      if (conditions_.contains(part.substr(condition.size(), end - condition.size())))
-        add(part.substr(end + 2));
+      ++expected_blocks_;
+      if (page_.blocks.size() > before) ++added_blocks_;
+    } else if (paragraph.starts_with(condition)) {
+      const std::size_t end = paragraph.find(')');
+      if (conditions_.contains(paragraph.substr(condition.size(), end - condition.size())))
+        add(paragraph.substr(end + 2));
     } else {
-      page_.paragraph(filled(part));
+      page_.paragraph(filled(paragraph));
     }
   }
 
   /// Removes the section where all of its figures and tables are empty.
   void end_section() {
-    if (asked_ > 0 && came_ == 0) page_.blocks.resize(section_);
-    asked_ = came_ = 0;
+    if (expected_blocks_ > 0 && added_blocks_ == 0) page_.blocks.resize(section_);
+    expected_blocks_ = added_blocks_ = 0;
   }
 
   void picture(const std::string& name) {
@@ -129,7 +125,7 @@ class Report {
     add_figure(figure_named(name).about, name, pictures_.at(name));
   }
 
-  void add_figure(const std::string& about, const std::string& name, const DrawnFigure& figure) {
+  void add_figure(const std::string& about, const std::string& name, const RenderedFigure& figure) {
     page_.picture(about, fmt::format("figures/{}.svg", name), figure.picture,
                   {{".csv", figure.points}, {".txt", figure.caption}});
   }
@@ -152,18 +148,18 @@ class Report {
   }
 
   /// Adds a section of the measured values that miss a known one, if there are any.
-  void worst_figures() {
-    const std::vector<BadFigure> figures = bad_figures(records_);
-    if (figures.empty()) return;
-    page_.heading(2, "What is off");
+  void worst_values() {
+    const std::vector<BadFigure> missed = bad_figures(records_);
+    if (missed.empty()) return;
+    page_.heading(2, "Missed values");
     page_.paragraph(fmt::format(
-        "What is known of the scenes (closed forms, invariants, what must stand) and does not hold within "
-        "its tolerance over the whole duration, in {} runs that were compared: of each scene and algorithm "
-        "the worst figure of all settings that ran, the worst first, and one line for the algorithms that "
-        "miss the same. What ran and is not here has none. Coarse settings are among those that ran: the "
-        "last column says how many of them are off.",
+        "The scenes' known values (closed forms, invariants, bodies that must stand) that runs miss by more "
+        "than the tolerance; {} runs were compared over the whole duration. Each line has the worst value of "
+        "one scene and algorithm over all settings, coarse ones included. Algorithms that miss the same "
+        "share "
+        "a line. The last column has the number of settings that miss it.",
         judged_runs(records_)));
-    page_.table(bad_figures_table(figures));
+    page_.table(bad_figures_table(missed));
   }
 
   void slopes() {
@@ -191,7 +187,7 @@ class Report {
         FigureStyle style;
         style.title = style.caption = false;
         add_figure(fmt::format("{}: {} against {}", scene, error_or_gap_title(own), cost_title(own)),
-                   "choice-" + scene, drawn(sheet, PictureFormat::svg, style));
+                   "choice-" + scene, rendered(sheet, PictureFormat::svg, style));
       }
       if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {
         page_.picture(
@@ -210,7 +206,7 @@ class Report {
       page_.paragraph(advice(own));
       const TextTable best = runs_table(best_runs(own));
       if (best.rows.empty()) continue;
-      page_.paragraph("The runs that no other one beats in error and in cost:");
+      page_.paragraph("The runs that are Pareto-optimal in error and cost:");
       table(best);
     }
   }
@@ -234,11 +230,11 @@ class Report {
   std::set<std::string> conditions_;  ///< true ones: names of scenes, and those the constructor adds
   Document page_;
   std::size_t section_ = 0;  ///< index of the block of the template's last heading
-  int asked_ = 0;            ///< figures and tables of the section
-  int came_ = 0;             ///< figures and tables of the section that have data
+  int expected_blocks_ = 0;  ///< figures and tables that the section's template names
+  int added_blocks_ = 0;     ///< those that have data
   /// Functions for the tables in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
-      {"worst figures", [this] { worst_figures(); }},
+      {"worst figures", [this] { worst_values(); }},
       {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
       {"orders", [this] { table(orders_); }},
@@ -261,12 +257,12 @@ class Report {
 
 }  // namespace
 
-Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures) {
+Document report_page(const FigureSource& source, const std::map<std::string, RenderedFigure>& pictures) {
   return Report(source, pictures).page();
 }
 
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress) {
-  return report_page(source, drawn_figures(source, progress));
+  return report_page(source, rendered_figures(source, progress));
 }
 
 }  // namespace substep::report

@@ -14,7 +14,7 @@ namespace substep::report {
 inline constexpr std::size_t most_cards = 8;
 
 /// Returns the page with these figures alone, by their names.
-Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures);
+Document report_page(const FigureSource& source, const std::map<std::string, RenderedFigure>& pictures);
 
 /// Returns the page with all figures of the source. `progress` receives the fraction done.
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress);

@@ -11,7 +11,6 @@
 #include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/measure/ablation.h"
-#include "sim/measure/metrics.h"
 #include "sim/measure/stepper.h"
 #include "sim/measure/substep_map.h"
 #include "sim/measure/validity_maps.h"
@@ -29,9 +28,8 @@ Series history_of(const Scene& scene, Algorithm algorithm, double HistoryPoint::
   series.style.dashed = algorithm == Algorithm::a5;  // A4 shows under A5 where their runs are equal
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
-  for (const HistoryPoint& point : history(scene, settings)) {
+  for (const HistoryPoint& point : history(scene, settings))
     series.points.push_back({point.time, point.*value});
-  }
   return series;
 }
 
@@ -43,10 +41,10 @@ Sheet drift_sheet(const FigureSource& source) {
       .title = "Drift and energy over time",
       .caption =
           {fmt::format(
-               "The default settings of most scenes, the scene's step: {0} row solves a row and step, A2 m = "
-               "{0}; A3 to A5 n = {0}, m = 1, τ = {1}, κ = {2} of joints/contacts, stable joints.",
+               "The default settings of A5 with {0} solves of each row in a step: A2 m = {0}; A3 to A5 "
+               "n = {0}, m = 1, τ = {1}, κ = {2} (joints/contacts), stable joints; the scene's step.",
                settings.substeps, tau_text(settings), kappa_text(settings)),
-           "A gap or overlap below 1 µm is off the scale: A1's contacts have none."},
+           "Gaps and overlaps below 1 µm are off the scale; A1's contacts have none."},
       .columns = 2};
   struct History {
     const char* scene;
@@ -121,19 +119,20 @@ Sheet sweep_errors_sheet(const FigureSource& source) {
     panel.series.push_back(std::move(series));
   }
   return {.title = "Row-by-row sweeps on friction problems",
-          .caption = {"Each sweep solves a normal, then its friction's two rows as one block, as A2 does; it "
-                      "ends at 1e-8."},
+          .caption = {"Each sweep solves a normal, then its friction's two rows as one block, as A2 does. A "
+                      "run ends at an error of 1e-8 or after 4096 sweeps."},
           .panels = {std::move(panel)}};
 }
 
 Sheet coupled_rows_sheet(const FigureSource& source) {
-  Sheet sheet{.title = "One row's limit is not the system's: growth in a sub-step",
-              .caption = {"The spectral radius of a sub-step's map of A3, to the power of 100: joints in "
-                          "blocks, at rest, off by little;",
-                          "the largest of seven positions. The sub-step's length falls out: where it grows, "
-                          "smaller ones do not help."},
-              .columns = 2,
-              .panel_height = 340};
+  Sheet sheet{
+      .title = "Coupled rows can grow although each row alone is stable",
+      .caption = {"Growth in 100 sub-steps of A3, for joints in blocks and bodies at rest: "
+                  "the spectral radius of one sub-step's map to the power of 100,",
+                  "the largest of seven positions. It does not depend on the sub-step's length: where "
+                  "it is above 1, smaller sub-steps do not help."},
+      .columns = 2,
+      .panel_height = 340};
   const std::vector<CoupledRows> systems = coupled_rows(source.scenes);
   constexpr std::array shapes{7, 6, 5, 9, 11, 4, 8};
   for (const auto& [kappa, iterations] :
@@ -156,9 +155,8 @@ Sheet coupled_rows_sheet(const FigureSource& source) {
 
 Sheet ablation_sheet(const FigureSource& source) {
   Panel panel{.x = {"", false, std::array{0.5, 5.5}, "("}, .y = {"largest distance from A3, m", true}};
-  for (std::size_t i = 1; i < approximations.size(); ++i) {
+  for (std::size_t i = 1; i < approximations.size(); ++i)
     panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", approximations[i].name, i);
-  }
   panel.x.tics += ")";
   struct AblatedScene {
     const char* name;
@@ -172,14 +170,13 @@ Sheet ablation_sheet(const FigureSource& source) {
     Series series{fmt::format("{}, n = {}", scene.name, scene.substeps), scene.style};
     series.style.line = false;
     const std::vector<double> costs = ablation_costs(source.scene(scene.name), scene.substeps, 1);
-    for (std::size_t i = 1; i < costs.size(); ++i) {
+    for (std::size_t i = 1; i < costs.size(); ++i)
       if (costs[i] > 1e-9) series.points.push_back({static_cast<double>(i), costs[i]});
-    }
     panel.series.push_back(std::move(series));
   }
   return {.title = "The ablation from A3 to A4 and A5: what each approximation costs",
-          .caption = {"A3 with one approximation switched on, against A3, after 1 s; the scene's step, m = "
-                      "1, plain joints. Below 1 nm is not drawn."},
+          .caption = {"A3 with one approximation, or all of A4's, against A3 after 1 s; the scene's step, m "
+                      "= 1, plain joints. Distances below 1 nm are not drawn."},
           .columns = 1,
           .panel_height = 360,
           .panels = {std::move(panel)}};

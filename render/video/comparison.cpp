@@ -35,7 +35,7 @@ void check(const ComparisonSettings& settings) {
   }
 }
 
-/// Makes the panels' runs, and reads the logs of panels that show finished ones. A log has its own settings.
+/// Makes a run for each panel. Finished runs have the settings of their log, which `logs` receives.
 std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings, std::vector<PoseLog>& logs) {
   std::vector<Run> runs;
   logs.resize(settings.panels.size());
@@ -56,8 +56,7 @@ std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings,
   return runs;
 }
 
-/// Returns the strips' quantity: errors where they are known for half of the film, else the first that
-/// applies of the others.
+/// Returns errors where they are known for half of the film, else the first quantity that the scene has.
 Strip usual_strip(const Scene& scene, bool knows_errors) {
   if (knows_errors) return Strip::error;
   if (expectation_of_poses(scene) != nullptr) return Strip::expected;
@@ -67,18 +66,18 @@ Strip usual_strip(const Scene& scene, bool knows_errors) {
 using Job = std::function<void()>;
 
 /// The data that a comparison needs while it is simulated.
-struct Work {
+struct ComparisonContext {
   const Scene& scene;
   const ComparisonSettings& settings;
   const std::function<void(double)>& progress;
   std::vector<PoseLog> logs{};
   std::vector<FrameClock> clocks{};  ///< the reference's, then the runs'
   Tally tally{};
-  std::int64_t total = 0;  ///< steps of all runs
-  ReferenceAttempt fine{};
-  ReferenceAttempt coarse{};
-  bool is_smooth = false;
-  int substeps = 0;  ///< of the reference; 0: not known yet
+  std::int64_t total = 0;     ///< steps of all runs
+  ReferenceAttempt fine{};    ///< the reference's run with `substeps` steps in a step
+  ReferenceAttempt coarse{};  ///< and its run with half of them
+  bool is_smooth = false;     ///< the reference integrator makes both runs, else A1
+  int substeps = 0;           ///< of the reference; 0: not known yet
 
   /// Runs the jobs on threads, in their order. Throws the first failure in that order.
   void run_jobs(const std::vector<Job>& jobs) {
@@ -97,14 +96,14 @@ struct Work {
 };
 
 /// Simulates one run of the reference with `parts` steps in a step of the comparison.
-ReferenceAttempt attempt(Work& work, int parts, const ReferenceAttempt* like = nullptr) {
+ReferenceAttempt attempt(ComparisonContext& work, int parts, const ReferenceAttempt* like = nullptr) {
   return simulate_reference(work.scene, work.clocks[0], work.settings.step, parts, work.is_smooth,
                             work.settings.cache, work.tally, like);
 }
 
-/// Takes A1 at an eighth and a fourth of the sub-steps for the reference where these two agree in every
-/// frame, as they do where nothing moves.
-void settle_reference(Work& work) {
+/// Runs A1 at an eighth and a fourth of the sub-steps, and takes these runs for the reference where they
+/// agree in every frame, as they do where nothing moves.
+void settle_reference(ComparisonContext& work) {
   const int eighth = work.settings.reference_substeps / 8;
   if (work.is_smooth || eighth < 1 || work.settings.reference_substeps % 8 != 0) return;
   work.coarse = attempt(work, eighth);
@@ -118,7 +117,7 @@ void settle_reference(Work& work) {
 }
 
 /// Simulates the two runs of the reference at all sub-steps.
-void simulate_reference_runs(Work& work) {
+void simulate_reference_runs(ComparisonContext& work) {
   work.substeps = work.settings.reference_substeps;
   const auto simulate_both = [&] {
     // Begin with the longer one
@@ -133,11 +132,11 @@ void simulate_reference_runs(Work& work) {
 }
 
 /// Simulates the reference and all runs, as far as they go.
-void simulate_all(Work& work, std::vector<Run>& runs) {
+void simulate_all(ComparisonContext& work, std::vector<Run>& runs) {
   const ComparisonSettings& settings = work.settings;
   std::vector<Job> jobs;
   if (settings.has_reference) {
-    // A fourth of these steps is enough where the first two runs agree.
+    // Count the full runs. A fourth of their steps is enough where the first two runs agree.
     work.total +=
         work.clocks[0].steps.back() * (settings.reference_substeps + settings.reference_substeps / 2);
     jobs.emplace_back([&work] { settle_reference(work); });
@@ -168,7 +167,7 @@ void simulate_all(Work& work, std::vector<Run>& runs) {
 }
 
 /// Turns the two runs of the reference into the comparison's reference, at kept steps.
-ReferenceRun made_reference(Work& work) {
+ReferenceRun made_reference(ComparisonContext& work) {
   const double step = work.settings.step;
   const double rate = std::round(work.substeps / step * 1e6) / 1e6;
   std::vector<double> times;
@@ -182,7 +181,7 @@ ReferenceRun made_reference(Work& work) {
 
 }  // namespace
 
-void ReadingChoice::add(Strip strip, const Scene& scene) {
+void QuantityChoice::add(Strip strip, const Scene& scene) {
   gap = gap || strip == Strip::gap;
   energy = energy || strip == Strip::energy;
   deepest = deepest || strip == Strip::depth;
@@ -195,7 +194,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  Work work{scene, settings, progress};
+  ComparisonContext work{scene, settings, progress};
   comparison.runs = runs_of(scene, settings, work.logs);
   comparison.times = frame_times(settings);
   std::vector<double> steps{settings.step};
@@ -207,7 +206,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   // Measure at kept steps, then interpolate at frames
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) comparison.reference = made_reference(work);
-  ReadingChoice readings = settings.readings;
+  QuantityChoice readings = settings.readings;
   if (comparison.reference) {
     comparison.strip = usual_strip(scene, 2 * comparison.reference->known >= clock.steps.size());
     readings.add(*comparison.strip, scene);

@@ -10,7 +10,6 @@
 #include "render/video/panel.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/reference_cache.h"
-#include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
@@ -19,14 +18,14 @@ namespace substep::render {
 /// The quantity that a strip below a panel's picture shows over time.
 enum class Strip { error, gap, energy, depth, expected };
 
-/// The choice of quantities that are read from runs at each film frame, beside the poses.
-struct ReadingChoice {
+/// The choice of quantities that are measured in runs at each film frame, beside the poses.
+struct QuantityChoice {
   bool gap = false;
   bool energy = false;
   bool speeds = false;
-  bool depths = false;
+  bool depths = false;  ///< penetration of each body
   bool contacts = false;
-  bool deepest = false;
+  bool deepest = false;                   ///< deepest penetration of a body
   const Expectation* expected = nullptr;  ///< one of the scene's, see expectation_of_poses()
 
   /// Adds the quantity of a strip. Throws Error where the scene does not have it.
@@ -39,19 +38,19 @@ struct ComparisonSettings {
   double start = 0;                  ///< s, of the film's first frame
   double duration = 5;               ///< s, of the film's last frame
   double frame_interval = 1.0 / 30;  ///< s of the scene's time between frames
-  bool has_reference = true;         ///< whether errors are measured
-  int reference_substeps = 16;       ///< the most steps of the reference in `step`
-  ReadingChoice readings;
+  bool has_reference = true;         ///< true: simulate a reference and measure errors
+  int reference_substeps = 16;       ///< largest number of reference steps in one `step`
+  QuantityChoice readings;
   int threads = 2;
   ReferenceCache cache;  ///< of the reference's two runs; valid for a scene that equals its files
 };
 
-/// The quantities that ReadingChoice asks for, by film frame that has poses.
-struct Readings {
+/// The quantities of a QuantityChoice, by film frame that has poses.
+struct FrameQuantities {
   std::vector<double> gaps;      ///< largest gap of a joint, see JointGapMeter, m
   std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
   std::vector<double> deepest;   ///< deepest penetration of a body, m
-  std::vector<double> expected;  ///< the quantity of ReadingChoice::expected, in its unit
+  std::vector<double> expected;  ///< the quantity of QuantityChoice::expected, in its unit
   std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s
   std::vector<std::vector<float>> depths;             ///< penetration of each body, m
   std::vector<std::vector<ContactImpulse>> contacts;  ///< of the frame's last step; of algorithms only
@@ -65,7 +64,7 @@ struct Run {
   /// over the dynamic bodies, m, of each film frame at which the reference is known.
   std::vector<double> errors;
   double rms_error = 0;  ///< over `errors`, m
-  Readings readings;
+  FrameQuantities readings;
   std::int64_t row_solves = 0;
   double cpu_time = 0;                ///< of the steps, s; varies; not of logs
   double simulated = 0;               ///< time that these steps simulate, s
@@ -82,7 +81,7 @@ struct Run {
 /// an eighth and at a fourth of the sub-steps agree within 1e-9 of the scene's size in every frame, these two
 /// runs are the reference.
 struct ReferenceRun {
-  std::string method;                           ///< "own, order 8, h=1/240", "A1, h=1/960"
+  std::string method;                           ///< "own, order 8, h=1/240", "A1 itself, h=1/960"
   std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that the reference reached
   std::vector<double> uncertainty;              ///< distance of the two runs, m, measured as errors are
   std::size_t known = 0;                        ///< number of frames at which errors are measured

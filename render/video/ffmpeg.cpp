@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The names of `Container`: extensions of files and of ffmpeg's muxers.
+/// Names of `Container`: file extensions, and ffmpeg's muxers.
 constexpr std::array<std::string_view, 4> containers{"mp4", "webm", "gif", "apng"};
 
 /// Returns the last line of a message, after its context.
@@ -157,7 +157,7 @@ void Ffmpeg::close_pipe() {
   if (pipe_ >= 0) ::close(std::exchange(pipe_, -1));
 }
 
-/// Throws Error when nothing has happened for too long.
+/// Throws Error if neither the pipe nor the output file has progressed for `patience_`.
 void Ffmpeg::require_progress() {
   std::error_code none;
   const std::uintmax_t now = output_.empty() ? 0 : fs::file_size(output_, none);

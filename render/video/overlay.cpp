@@ -76,7 +76,7 @@ Color tint_of(double value, const OverlayScales& scales) {
 /// Returns the quantity that colours each body at the frame; nothing where it is not known.
 std::vector<double> tint_values(const Overlays& overlays, const OverlayFrame& frame) {
   std::vector<double> values;
-  const Readings& readings = frame.run.readings;
+  const FrameQuantities& readings = frame.run.readings;
   if (overlays.tint == Overlays::Tint::error) {
     if (frame.reference == nullptr || frame.k >= frame.run.errors.size()) return values;
     const std::vector<Coordinates>& poses = at_frame(frame.run.poses, frame.k);

@@ -26,7 +26,7 @@ double quantile(std::vector<double>& values, double fraction) {
 
 /// Returns the values above 0 of all runs' moving bodies at all frames.
 std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
-                              std::vector<std::vector<float>> Readings::*series) {
+                              std::vector<std::vector<float>> FrameQuantities::*series) {
   std::vector<double> values;
   for (const Run& run : comparison.runs) {
     for (const std::vector<float>& frame : run.readings.*series) {
@@ -98,10 +98,10 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   scales.low = std::pow(10.0, errors.lower);
   scales.high = std::pow(10.0, errors.upper);
   if (overlays.tint == Overlays::Tint::velocity) {
-    std::vector<double> speeds = values_of(scene, comparison, &Readings::speeds);
+    std::vector<double> speeds = values_of(scene, comparison, &FrameQuantities::speeds);
     scales = {false, 0, round_up(quantile(speeds, 0.98))};
   } else if (overlays.tint == Overlays::Tint::penetration) {
-    std::vector<double> depths = values_of(scene, comparison, &Readings::depths);
+    std::vector<double> depths = values_of(scene, comparison, &FrameQuantities::depths);
     scales.high = std::pow(10.0, std::ceil(std::log10(std::max(quantile(depths, 0.995), 1e-6)) - 1e-9));
     scales.low = scales.high * 1e-3;
   }

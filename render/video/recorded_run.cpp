@@ -80,7 +80,7 @@ void spread(const FrameClock& clock, std::vector<Value>& values) {
 }
 
 /// Keeps the poses of a step, and the quantities that need velocities.
-void keep_state(const Scene& scene, const ReadingChoice& choice, const State& state, Run& run) {
+void keep_state(const Scene& scene, const QuantityChoice& choice, const State& state, Run& run) {
   run.poses.push_back(state.q);
   if (choice.energy) run.readings.energies.push_back(energy(scene, state));
   if (choice.speeds) {
@@ -158,7 +158,7 @@ bool keep_steps(const FrameClock& clock, int parts, Tally& tally, std::int64_t& 
   return true;
 }
 
-void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
+void simulate_algorithm(const Scene& scene, const FrameClock& clock, const QuantityChoice& choice, Run& run,
                         Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
   const State& state = simulation.state();
@@ -200,7 +200,7 @@ std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run
   }
 }
 
-void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice,
+void simulate_engine(const Scene& scene, const FrameClock& clock, const QuantityChoice& choice,
                      Stepper& stepper, Run& run, Tally& tally) {
   const bool is_command = engine_of(run.panel).is_command;
   const auto step = [&] {
@@ -235,10 +235,10 @@ void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
   }
 }
 
-void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
+void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run) {
   State state = initial_state(scene);
   state.contacts.clear();
-  Readings& readings = run.readings;
+  FrameQuantities& readings = run.readings;
   if (choice.expected) readings.expected = expected_values(scene, *choice.expected, run.poses);
   const JointGapMeter joints(scene);
   std::unique_ptr<PenetrationMeter> meter;
@@ -254,8 +254,8 @@ void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
   }
 }
 
-void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
-  Readings& readings = run.readings;
+void spread(const FrameClock& clock, double interval, const QuantityChoice& choice, Run& run) {
+  FrameQuantities& readings = run.readings;
   const double start = readings.energies.empty() ? 0 : readings.energies.front();
   for (double& energy : readings.energies) energy -= start;
   spread(clock, run.poses);

@@ -49,7 +49,7 @@ bool keep_steps(const FrameClock& clock, int parts, Tally& tally, std::int64_t& 
                 const std::function<bool()>& step, const std::function<void()>& keep);
 
 /// Simulates an algorithm's run.
-void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
+void simulate_algorithm(const Scene& scene, const FrameClock& clock, const QuantityChoice& choice, Run& run,
                         Tally& tally);
 
 /// Returns the stepper of a panel's engine for `duration` s. Where the engine cannot simulate the scene,
@@ -57,19 +57,19 @@ void simulate_algorithm(const Scene& scene, const FrameClock& clock, const Readi
 std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run& run);
 
 /// Simulates an engine's run.
-void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice,
+void simulate_engine(const Scene& scene, const FrameClock& clock, const QuantityChoice& choice,
                      Stepper& stepper, Run& run, Tally& tally);
 
 /// Takes a run's poses from a log. Throws Error where it ends before the film does.
 void take_frames(const PoseLog& log, const FrameClock& clock, Run& run);
 
 /// Reads at all kept steps the quantities that follow from the poses alone.
-void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run);
+void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run);
 
 /// Turns a run's values at kept steps into values at frames, `interval` s apart, and sets its RMS error.
 /// Positions and numbers are interpolated linearly, orientations by slerp; contacts are those of the later
 /// step. Speeds that were not read follow from the poses of neighbouring frames.
-void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run);
+void spread(const FrameClock& clock, double interval, const QuantityChoice& choice, Run& run);
 
 /// Turns the reference's values at kept steps into values at frames.
 void spread(const FrameClock& clock, ReferenceRun& reference);

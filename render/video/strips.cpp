@@ -21,16 +21,17 @@ namespace {
 struct StripKind {
   const char* name;
   const char* about;
-  std::vector<double> Readings::*values;
+  std::vector<double> FrameQuantities::*values;
 };
 
 /// Returns the kind of a strip. Errors are not among a run's readings.
 const StripKind& kind_of(Strip strip) {
-  static constexpr std::array<StripKind, 5> kinds{{{"error", "", nullptr},
-                                                   {"gap", "largest gap of a joint", &Readings::gaps},
-                                                   {"energy", "energy since the start", &Readings::energies},
-                                                   {"depth", "deepest penetration", &Readings::deepest},
-                                                   {"expected", "", &Readings::expected}}};
+  static constexpr std::array<StripKind, 5> kinds{
+      {{"error", "", nullptr},
+       {"gap", "largest gap of a joint", &FrameQuantities::gaps},
+       {"energy", "energy since the start", &FrameQuantities::energies},
+       {"depth", "deepest penetration", &FrameQuantities::deepest},
+       {"expected", "", &FrameQuantities::expected}}};
   return kinds.at(static_cast<std::size_t>(strip));
 }
 

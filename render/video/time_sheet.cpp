@@ -22,8 +22,8 @@ constexpr Color quiet{100, 105, 114};
 /// less, in wider pictures.
 struct Grid {
   int gap, line, left, top, width, height;
-  std::size_t most;  ///< runs in a row
-  std::size_t full;  ///< runs in the rows that hold the most
+  std::size_t most;  ///< runs in a full row
+  std::size_t full;  ///< runs in all full rows; later rows have one run less
   std::size_t rows;
 
   Grid(const TimeSheetSettings& settings)
@@ -57,20 +57,20 @@ struct Grid {
   int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
-/// Draws the run's name, in its colour, and title above its row.
-void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, const std::string& words,
+/// Draws a run's name, in its colour, and its title where it fits, above the run's first picture.
+void draw_run(Image& image, const Grid& grid, std::size_t index, const Run& run, const std::string& words,
               double size) {
-  const double base = grid.y(row) - 0.4 * size;
+  const double base = grid.y(index) - 0.4 * size;
   const TextStyle bold{.size = size, .color = accent_on_white(run.panel), .bold = true};
   const std::string name = name_of(run.panel);
   const TextStyle plain{.size = size, .color = text_color};
   const double words_left = text_width(name, bold) + 0.5 * size;
-  const bool fits = grid.most == 1 || words_left + text_width(words, plain) < grid.width_of(row);
-  draw_text(image, grid.x(0, row), base, name, bold);
-  if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
+  const bool fits = grid.most == 1 || words_left + text_width(words, plain) < grid.width_of(index);
+  draw_text(image, grid.x(0, index), base, name, bold);
+  if (fits) draw_text(image, grid.x(0, index) + words_left, base, words, plain);
 }
 
-/// Returns a run's value of the comparison's strip at a frame, or why the run ended.
+/// Returns a run's value of the comparison's strip at a frame; without one, the refusal or the divergence.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
   if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
@@ -86,13 +86,13 @@ std::string note_on(const Comparison& comparison, const Run& run, std::size_t fr
   return "";
 }
 
-void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t row, const std::string& note,
+void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t run, const std::string& note,
                double size) {
   if (note.empty()) return;
   const TextStyle style{.size = 0.9 * size, .color = text_color, .bold = true};
   const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
-  const int x = grid.x(column, row) + grid.width_of(row) - wide;
-  const int y = grid.y(row) + grid.height - grid.line;
+  const int x = grid.x(column, run) + grid.width_of(run) - wide;
+  const int y = grid.y(run) + grid.height - grid.line;
   fill_rectangle(image, x, y, wide, grid.line, {255, 255, 255}, 0.75);
   draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, note, style);
 }
@@ -167,17 +167,17 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
     draw_text(image, grid.x(column, 0), grid.top - 0.4 * settings.text,
               fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
               {.size = settings.text, .color = text_color, .bold = true});
-    for (std::size_t row = 0; row < runs; ++row) {
-      const Run& run = comparison.runs[row];
-      if (column == 0) draw_run(image, grid, row, run, titles.words[row], settings.text);
+    for (std::size_t index = 0; index < runs; ++index) {
+      const Run& run = comparison.runs[index];
+      if (column == 0) draw_run(image, grid, index, run, titles.words[index], settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
-        paste(image, renderers.at(grid.width_of(row)).draw(run.poses[last]), grid.x(column, row),
-              grid.y(row));
+        paste(image, renderers.at(grid.width_of(index)).draw(run.poses[last]), grid.x(column, index),
+              grid.y(index));
       }
-      draw_note(image, grid, column, row, note_on(comparison, run, frame), settings.text);
+      draw_note(image, grid, column, index, note_on(comparison, run, frame), settings.text);
       if (settings.progress) {
-        settings.progress("drawing", static_cast<double>(column * runs + row + 1) /
+        settings.progress("drawing", static_cast<double>(column * runs + index + 1) /
                                          static_cast<double>(runs * frames.size()));
       }
     }

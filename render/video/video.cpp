@@ -185,7 +185,7 @@ double cpu_seconds(int who) {
 /// Returns the settings with the readings that the overlays and strips show.
 ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
-  ReadingChoice& readings = comparison.readings;
+  QuantityChoice& readings = comparison.readings;
   readings.gap = settings.overlays.joints;
   for (const Strip strip : settings.strips) readings.add(strip, scene);
   readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;

@@ -44,11 +44,11 @@ struct RevolvedSolid {
   Vector3 support(const Vector3& direction, int i) const;
   /// Returns the farthest point of the solid along a unit direction.
   Vector3 support(const Vector3& direction) const;
-  /// Returns the solid's extent along a unit direction.
+  /// Returns the largest component of the solid's points along a unit direction.
   double height(const Vector3& direction) const;
   /// Returns the unit direction from the closest point of the solid to a point outside it or, for a point
-  /// inside, the shortest way out through the side or an end's ball. Returns nothing for a point inside that
-  /// is nearest to a disc.
+  /// inside, out through the side or an end's ball. Returns nothing at the centre of an end's ball, and where
+  /// the foot of a point inside on the side's line lies beyond the side.
   std::optional<Vector3> direction_to(const Vector3& point) const;
 };
 

@@ -26,16 +26,16 @@ struct Capsule {
 /// make_rectangle.
 struct Plane {};
 
-/// A solid of revolution about the Y axis between y = ±half_height, its radius going straight from one end to
-/// the other: a cylinder, a cone frustum or, where one radius is 0, a cone. See make_cylinder.
+/// A solid of revolution about the Y axis between y = ±half_height, whose radius changes linearly between
+/// the ends: a cylinder, a cone frustum or, where one radius is 0, a cone. See make_cylinder.
 struct Cylinder {
   double half_height = 0.25;
   double radius_bottom = 0.25;  ///< at y = −half_height
   double radius_top = 0.25;
 };
 
-/// The convex hull of two balls around (0, ∓half_length, 0). Where one ball holds the other it is that ball.
-/// See make_tapered_capsule.
+/// The convex hull of two balls around (0, ∓half_length, 0). Where one ball holds the other, it is the
+/// larger. See make_tapered_capsule.
 struct TaperedCapsule {
   double half_length = 0.25;
   double radius_bottom = 0.25;  ///< of the ball around (0, −half_length, 0)
@@ -64,7 +64,7 @@ struct TriangleMesh {
     std::uint32_t count = 0;  ///< triangles of a leaf; 0 for an inner node
   };
 
-  std::vector<Vector3> vertices;    ///< no two at one place
+  std::vector<Vector3> vertices;    ///< at distinct positions
   std::vector<Triangle> triangles;  ///< in the order of the leaves
   std::vector<Vector3> normals;     ///< unit, one per triangle
   /// The triangle across the edge from corner i to corner i + 1, which has that edge in the other direction;
@@ -78,7 +78,7 @@ struct TriangleMesh {
 };
 
 /// A convex polytope with non-empty interior, as its faces: planar convex polygons, counter-clockwise seen
-/// from outside. Boxes, prisms and hulls of meshes are all of this kind.
+/// from outside. Boxes, prisms, ellipsoids and hulls of meshes are all of this kind.
 struct Polytope {
   std::vector<Vector3> vertices;
   /// Face f has the vertices face_vertices[face_begin[f]] … face_vertices[face_begin[f+1] − 1].
@@ -93,7 +93,7 @@ struct Polytope {
   Vector3 centre = Vector3::Zero();  ///< the mean vertex, which lies inside; not the centre of mass
   double bounding_radius = 0;        ///< of the smallest ball about `centre` that holds the polytope
   double inner_radius = 0;           ///< of the largest ball about `centre` that the polytope holds
-  /// Half extents of a box about the origin, where the polytope was made as one: such pairs are quicker.
+  /// Half extents where the polytope is a box about the origin; pairs of boxes take a faster path.
   std::optional<Vector3> half_box;
   /// Half axes of the ellipsoid about the origin on which the vertices lie, if they do. Mass properties and
   /// contacts with planes are then the ellipsoid's, contacts with other shapes the hull's.

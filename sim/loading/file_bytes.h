@@ -17,8 +17,8 @@ inline constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;
 std::string read_bytes(const std::filesystem::path& file, const std::string& complaint,
                        std::uintmax_t most = largest_file);
 
-/// `hash` continued as FNV-1a by the bytes' 64-bit XXH3, little end first: for buffers, which one byte after
-/// the other takes longer to hash than to read.
+/// Returns `hash` continued as FNV-1a by the 8 bytes, lowest first, of XXH3 of `bytes`: hashing a buffer byte
+/// by byte takes longer than reading it.
 std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes);
 
 /// Returns the unsigned number of `size` bytes, up to 4, whose lowest byte comes first.
@@ -36,7 +36,7 @@ std::string lower_extension(const std::filesystem::path& file);
 std::optional<std::filesystem::path> file_beside(const std::filesystem::path& beside, const std::string& name,
                                                  bool& leaves);
 
-/// Returns the name with spaces for control characters, since pose logs have one name a line.
+/// Returns the name with spaces in place of control characters, since pose logs have one name a line.
 std::string printable(std::string name);
 
 /// Names of bodies, of which no two are equal and none is the world's.

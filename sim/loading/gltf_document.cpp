@@ -124,6 +124,7 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
       const auto read = read_uri(*uri, document);
       if (!read) uri->fail("there is no file '{}' beside the scene", percent_decoded(*uri));
       bytes = *read;
+      // Hash each file beside the scene once; data URIs are part of the JSON.
       if (document.files_beside.size() > known) document.hash = add_binary_to_hash(document.hash, bytes);
     } else if (i == 0 && binary) {
       bytes = *binary;

@@ -59,9 +59,8 @@ class AccessorReader {
   std::vector<double> finite_numbers(const JsonValue& reference, const Layout& layout, std::size_t count,
                                      const char* other) {
     std::vector<double> result = numbers(reference, layout);
-    if (result.size() != layout.width * count) {
+    if (result.size() != layout.width * count)
       reference.fail("has another number of elements than {}", other);
-    }
     for (std::size_t i = 0; i < result.size(); ++i) {
       if (!std::isfinite(result[i])) reference.fail("element {} is not finite", i / layout.width);
     }
@@ -76,9 +75,8 @@ class AccessorReader {
     std::vector<std::array<float, width>> rows(vertices);
     for (std::size_t i = 0; i < vertices; ++i) {
       rows[i].fill(1);
-      for (std::size_t k = 0; k < layout.width; ++k) {
+      for (std::size_t k = 0; k < layout.width; ++k)
         rows[i][k] = static_cast<float>(values[layout.width * i + k]);
-      }
     }
     return rows;
   }
@@ -112,9 +110,8 @@ class AccessorReader {
   std::vector<double> numbers(const JsonValue& reference, const Layout& layout) {
     const JsonValue accessor = document_.target_of(reference, "accessors", "accessor");
     if (accessor.find("sparse")) accessor.fail("is sparse, which is not read; export it without");
-    if (accessor.require("type").text() != layout.type) {
+    if (accessor.require("type").text() != layout.type)
       accessor.require("type").fail("must be {} here ({})", layout.type, reference.path());
-    }
     const Component& component = component_of(accessor.require("componentType"), layout, reference);
     const std::uint64_t count = accessor.require("count").integer(0xffffffff);
     if (count == 0) accessor.require("count").fail("is 0");
@@ -126,22 +123,18 @@ class AccessorReader {
     std::uint64_t stride = size;
     if (const auto given = view.find("byteStride")) {
       stride = given->integer(252);
-      if (stride < size || stride % component.size != 0) {
+      if (stride < size || stride % component.size != 0)
         given->fail("is {}, but its elements have {} bytes", stride, size);
-      }
     }
     const auto offset_in = [](const JsonValue& object) {
       const auto value = object.find("byteOffset");
       return value ? value->integer(std::uint64_t{1} << 40) : 0;
     };
     const std::uint64_t offset = offset_in(accessor);
-    if ((offset_in(view) + offset) % component.size != 0) {
+    if ((offset_in(view) + offset) % component.size != 0)
       accessor.fail("does not begin at a multiple of {} bytes", component.size);
-    }
     const std::uint64_t end = offset + stride * (count - 1) + size;
-    if (end > bytes.size()) {
-      accessor.fail("ends at byte {}, but its buffer view has {}", end, bytes.size());
-    }
+    if (end > bytes.size()) accessor.fail("ends at byte {}, but its buffer view has {}", end, bytes.size());
     read_ += count;
     if (read_ > most_) {
       reference.fail(
@@ -174,9 +167,8 @@ class AccessorReader {
 std::vector<SkinInfluence> influences(const JsonValue& attributes, std::size_t vertices,
                                       AccessorReader& accessors) {
   if (!attributes.find("JOINTS_0") && !attributes.find("WEIGHTS_0")) return {};
-  if (attributes.find("JOINTS_1")) {
+  if (attributes.find("JOINTS_1"))
     attributes.warn("more than four joints hold a vertex; the first four count");
-  }
   const JsonValue given = attributes.require("WEIGHTS_0");
   const std::vector<double> joints = accessors.finite_numbers(
       attributes.require("JOINTS_0"), {"VEC4", 4, {5121, 5123}}, vertices, "POSITION");
@@ -235,9 +227,8 @@ std::vector<Triangle> triangles_of(std::uint64_t mode, std::span<const std::uint
 void read_normals(const JsonValue& primitive, const JsonValue& reference, AccessorReader& accessors,
                   Mesh& mesh) {
   mesh.normals = accessors.vectors(reference);
-  if (mesh.normals.size() != mesh.positions.size()) {
+  if (mesh.normals.size() != mesh.positions.size())
     reference.fail("has another number of elements than POSITION");
-  }
   for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
     if (!mesh.normals[i].allFinite()) primitive.fail("normal {} is not finite", i);
     const double length = mesh.normals[i].norm();
@@ -336,7 +327,7 @@ std::vector<GltfMesh> read_meshes(const GltfDocument& document) {
 }
 
 Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimitive& primitive,
-           const JsonValue& place) {
+           const JsonValue& node) {
   std::vector<NodeTransform> world_from_mesh;
   for (std::size_t joint = 0; joint < skin.joints.size(); ++joint) {
     world_from_mesh.push_back(compose(document.nodes[skin.joints[joint]].world, skin.joint_from_mesh[joint]));
@@ -350,15 +341,15 @@ Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimiti
     for (std::size_t k = 0; k < 4; ++k) {
       if (influence.weights[k] == 0) continue;
       if (influence.joints[k] >= skin.joints.size()) {
-        place.fail("vertex {} is held by joint {} of its skin, which has {}", i, influence.joints[k],
-                   skin.joints.size());
+        node.fail("vertex {} is held by joint {} of its skin, which has {}", i, influence.joints[k],
+                  skin.joints.size());
       }
       const NodeTransform& joint = world_from_mesh[influence.joints[k]];
       linear += influence.weights[k] * joint.linear;
       translation += influence.weights[k] * joint.translation;
     }
     mesh.positions[i] = linear * primitive.positions[i] + translation;
-    if (!mesh.positions[i].allFinite()) place.fail("vertex {} of its skin overflows", i);
+    if (!mesh.positions[i].allFinite()) node.fail("vertex {} of its skin overflows", i);
     if (!mesh.normals.empty()) mesh.normals[i] = (linear * primitive.normals[i]).stableNormalized();
   }
   if (!std::ranges::all_of(mesh.normals, [](const Vector3& normal) { return normal.squaredNorm() > 0.5; })) {

@@ -29,7 +29,7 @@ struct GltfPrimitive : Mesh {
 struct GltfMesh {
   std::vector<GltfPrimitive> primitives;  ///< triangles, strips and fans; points and lines are left out
 
-  std::size_t size() const;  ///< vertices and triangles
+  std::size_t size() const;  ///< number of vertices plus number of triangles
 };
 
 /// A skeleton: the nodes that are its joints and, for each, mesh space → joint's space as it was modelled.
@@ -46,8 +46,8 @@ std::vector<GltfSkin> read_skins(const GltfDocument& document);
 std::vector<GltfMesh> read_meshes(const GltfDocument& document);
 
 /// Returns a skinned primitive in its pose at the start, in world space; normals are unit, or none, and
-/// tangents are left out. `place` is the node with the skin. Throws Error when a joint is out of range.
+/// tangents are left out. Throws Error, naming `node`, when a joint is out of range or a vertex overflows.
 Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimitive& primitive,
-           const JsonValue& place);
+           const JsonValue& node);
 
 }  // namespace substep

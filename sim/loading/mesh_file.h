@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes in files that are not scenes: OBJ, STL, PLY, DAE and whatever else assimp reads.
+/// Meshes of files without a scene: OBJ, STL, PLY, DAE and more by assimp, and glTF by mesh_scene.cpp.
 
 #include <cstdint>
 #include <filesystem>
@@ -10,6 +10,7 @@
 
 namespace substep {
 
+/// The meshes of one node of a file.
 struct MeshObject {
   std::string name;          ///< unique among the file's
   std::vector<Mesh> meshes;  ///< each with at least one triangle; without normals where the file gives none
@@ -18,8 +19,8 @@ struct MeshObject {
 struct MeshFile {
   std::vector<MeshObject> objects;  ///< at least one, each with a mesh
   std::vector<Surface> surfaces;
-  std::vector<SceneImage> images;
-  std::uint64_t hash = 0;  ///< of the file's bytes, computed like a scene's
+  std::vector<SceneImage> images;  ///< of glTF files alone
+  std::uint64_t hash = 0;          ///< of the file's bytes, computed like a scene's
 };
 
 /// Returns true where assimp reads files with this extension (".obj").

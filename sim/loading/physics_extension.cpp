@@ -25,7 +25,7 @@ const std::vector<std::pair<const char*, ShapeType>> shape_types{
     {"convex", {Kind::mesh, {"mesh"}}},
     {"concave", {Kind::mesh, {"mesh"}}}};
 
-// A capsule or cylinder.
+/// Reads a capsule or cylinder.
 void read_round_shape(const JsonValue& values, ImplicitShape& shape) {
   shape.height = shape.kind == Kind::capsule ? values.get("height", 0.5, &JsonValue::non_negative)
                                              : values.get("height", 0.5, &JsonValue::positive);
@@ -172,7 +172,7 @@ JointDrive read_drive(const JsonValue& json) {
   return drive;
 }
 
-// Limits or drives; every joint node has a copy of its description.
+/// Returns the limits or drives. Throws Error above 100: every joint node has a copy of them.
 std::vector<JsonValue> few_items(const JsonValue& json, const char* key) {
   constexpr std::size_t most = 100;
   std::vector<JsonValue> items = json.items(key);
@@ -208,7 +208,7 @@ MotionProperties read_motion(const JsonValue& json) {
   return motion;
 }
 
-// A collider, or a trigger, which has the same keys but no material.
+/// Reads a collider, or a trigger, which has the same keys but no material.
 ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tables,
                                  const GltfDocument& document) {
   json.warn_of_unknown({"geometry", "physicsMaterial", "collisionFilter"});
@@ -241,8 +241,8 @@ PhysicsTables read_physics_tables(const GltfDocument& document) {
   const auto shapes = root.extension("KHR_implicit_shapes");
   if (bodies) bodies->warn_of_unknown({"physicsMaterials", "collisionFilters", "physicsJoints"});
   if (shapes) shapes->warn_of_unknown({"shapes"});
-  const auto core = root.find("shapes");
-  if (shapes && core) core->warn("are ignored: the file has those of KHR_implicit_shapes too");
+  const auto root_shapes = root.find("shapes");
+  if (shapes && root_shapes) root_shapes->warn("are ignored: the file has those of KHR_implicit_shapes too");
   for (const JsonValue& shape : (shapes ? *shapes : root).items("shapes")) {
     tables.shapes.push_back(read_shape(shape, document));
   }

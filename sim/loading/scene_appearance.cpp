@@ -38,7 +38,7 @@ void read_coordinates(const JsonValue& object, int& coordinates) {
     given->fail("is {}, but only the sets 0 and 1 of texture coordinates are read", coordinates);
 }
 
-/// KHR_texture_transform: coordinates are scaled, turned, then moved.
+/// Reads KHR_texture_transform, which scales, then rotates, then moves coordinates.
 void read_transform(const JsonValue& transform, Texture& texture) {
   Eigen::Vector2d scale(1, 1);
   read_pair(transform, "scale", scale);
@@ -66,7 +66,7 @@ void read_sampler(const JsonValue& sampler, Texture& texture) {
   texture.wrap = {wrap_in(sampler, "wrapS"), wrap_in(sampler, "wrapT")};
   constexpr std::uint64_t nearest = 9728;
   constexpr std::uint64_t linear = 9729;
-  // Then LINEAR_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR and LINEAR_MIPMAP_LINEAR.
+  // NEAREST_MIPMAP_NEAREST; LINEAR_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR and LINEAR_MIPMAP_LINEAR follow.
   constexpr std::uint64_t nearest_of_nearest = 9984;
   if (const auto near = sampler.find("magFilter")) {
     const std::uint64_t value = near->integer(0xffff);
@@ -93,7 +93,7 @@ class TextureReader {
       : document_(document), images_(images) {}
 
   /// Returns the texture that `key` of `object` names; none where it has no such key. Warns of an image that
-  /// is not there or neither PNG nor JPEG, and leaves it out. Throws Error.
+  /// is not there or neither PNG nor JPEG, and leaves it out. Throws Error for bad indices or sizes.
   Texture read(const JsonValue& object, const char* key) {
     Texture texture;
     const auto info = object.find(key);
@@ -118,7 +118,7 @@ class TextureReader {
     const auto [place, is_new] = read_.try_emplace(index, -1);
     if (!is_new) return place->second;
     const JsonValue json = document_.item_of("images", index);
-    std::shared_ptr<const std::string> bytes;  // those of a file are shared with its reader
+    std::shared_ptr<const std::string> bytes;  // shared with document_.files, but for a buffer's
     if (const auto uri = json.find("uri")) {
       bytes = read_uri(*uri, document_);
       if (!bytes) uri->warn("there is no such file: surfaces are drawn without it");
@@ -194,7 +194,7 @@ Surface read_surface(const JsonValue& material, std::size_t index, TextureReader
   return surface;
 }
 
-// The pose of a camera or light that faces its node's −Z; a scale or shear of the node has no meaning for it.
+/// Returns the pose of a camera or light, which faces its node's −Z, without the node's scale and shear.
 Pose facing_pose(const NodeTransform& world, const JsonValue& node) {
   if (!world.sheared) return world.rigid();
   Matrix3 axes;
@@ -233,7 +233,7 @@ void read_cone(const JsonValue& json, Light& light) {
 
 /// Adds the light of a node: the first directional one as the sun.
 void add_light(const JsonValue& json, const GltfNode& node, const JsonValue& reference, Scene& scene) {
-  constexpr std::size_t most_lights = 16;  // each is computed at every pixel
+  constexpr std::size_t most_lights = 16;  // as many as the renderer draws (most_lamps)
   Light light;
   light.kind = json.require("type").one_of<Light::Kind>({{"directional", Light::Kind::directional},
                                                          {"point", Light::Kind::point},
@@ -257,9 +257,8 @@ void add_light(const JsonValue& json, const GltfNode& node, const JsonValue& ref
   scene.lights.push_back(light);
 }
 
-// glTF gives lux. Files made without an exposure in mind have about 3, and the renderer's exposure is made
-// for that; a file with daylight's tens of thousands means a camera that is stopped down, so its sun gets the
-// same 3, and its other lights as much less.
+/// Dims a sun of more than 30 lux, as files in photometric units have, to 3 lux, which the renderer's
+/// exposure is made for. Divides the other lights by the same factor.
 void expose(Scene& scene) {
   constexpr double brightest_without_exposure = 30;
   constexpr double exposed = 3;

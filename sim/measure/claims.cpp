@@ -8,15 +8,13 @@
 
 #include "sim/measure/ablation.h"
 #include "sim/measure/claims_measurement.h"
-#include "sim/measure/motion.h"
 #include "sim/measure/text_table.h"
 
 namespace substep {
 namespace {
 
-/// Returns two or three digits.
+/// Returns a value with three digits, a timing with two, and "blows up" from 1e9 on.
 std::string number(double value, bool timing = false) {
-  // Count a run as blown up from a billion on, finite or not.
   if (!(std::abs(value) < 1e9)) return "blows up";
   // Print two digits of a timing: the third is noise.
   return timing ? fmt::format("~{:.2g}", value) : short_number(value);

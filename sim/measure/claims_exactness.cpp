@@ -11,11 +11,10 @@
 namespace substep::claims {
 namespace {
 
-/// Limit of rounding, m or rad: a thousand times the differences of runs of 1 s.
+/// Limit of rounding errors, m or rad: a thousand times the differences that runs of 1 s show.
 constexpr double rounding = 1e-9;
 
-/// Returns the power of two by which the errors fall from the last but one to the last, as their argument
-/// halves.
+/// Returns the power of two by which the last error is less than the one before, at twice the argument.
 double slope(const std::vector<double>& errors) {
   return std::log2(errors[errors.size() - 2] / errors.back());
 }
@@ -24,8 +23,7 @@ bool is_near(double value, double expected) {
   return std::abs(value - expected) < 0.1;
 }
 
-/// Returns the differences in position, m, and in orientation, rad, and raises each value of `largest` to
-/// them.
+/// Returns the differences in position, m, and orientation, rad, and raises `largest` to them.
 std::vector<double> differences(const MeasuredRun& a, const MeasuredRun& b, std::vector<double>& largest) {
   const std::vector<double> both{position_difference(a, b), orientation_difference(a, b)};
   largest = {std::max(largest[0], both[0]), std::max(largest[1], both[1])};
@@ -209,9 +207,9 @@ Claim claim9(Measurement&) {
       9,
       "V.1, V.2",
       "Small rotations commute and add to first order",
-      "200 pairs of rotation vectors, angles halved from 2⁻⁴ to 2⁻¹⁰ rad; the slope of the largest error "
-      "should be 2",
-      {"error at 2⁻⁴ rad", "slope"}};
+      "200 pairs of rotation vectors with components up to 2⁻⁴ rad, halved down to 2⁻¹⁰; the slope of the "
+      "largest error should be 2",
+      {"error at 2⁻⁴", "slope"}};
   std::vector<double> commuting;
   std::vector<double> adding;
   for (int k = 4; k <= 10; ++k) {
@@ -274,8 +272,8 @@ Claim claim16(Measurement& measurement) {
               "not the report's",
               "A3 with stable joints and τ = κ = 1 is small-step position-based dynamics without compliance "
               "(Macklin et al. 2019)",
-              "Largest distance of a body's centre in 2 s from an independent program of it, written from "
-              "the paper, with m = 1",
+              "Largest distance of a body's centre in 2 s from an independent program, written from the "
+              "paper, with m = 1",
               {}};
   double same = 0;
   const auto add = [&](const std::string& name, int n, Joints joints, double tau) {

@@ -140,7 +140,7 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
       finder_(scene, model_),
       reaches_(scene.bodies.size(), 0),
       before_(start),
-      ways_(scene.bodies.size()) {
+      motions_(scene.bodies.size()) {
   if (!model_.contacts) return;
   for (const Collider& collider : scene.colliders) {
     Obstacle& obstacle = obstacles_.emplace_back();
@@ -156,13 +156,13 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
   }
 }
 
-double PassageMeter::longest_way(std::size_t point, std::size_t through) const {
+double PassageMeter::longest_path(std::size_t point, std::size_t through) const {
   const Vector3& middle = obstacles_[point].middle;
-  const BodyMotion& way = ways_[scene_.colliders[point].body];
-  const BodyMotion& frame = ways_[scene_.colliders[through].body];
+  const BodyMotion& motion = motions_[scene_.colliders[point].body];
+  const BodyMotion& frame = motions_[scene_.colliders[through].body];
   const double apart =
-      (way.from.linear - frame.from.linear).norm() + way.length + frame.length + middle.norm();
-  return way.length + frame.length + way.spun * middle.norm() + frame.spun * apart;
+      (motion.from.linear - frame.from.linear).norm() + motion.length + frame.length + middle.norm();
+  return motion.length + frame.length + motion.spun * middle.norm() + frame.spun * apart;
 }
 
 bool PassageMeter::passes(std::size_t point, std::size_t through) const {
@@ -170,22 +170,22 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   const Collider& other = scene_.colliders[through];
   // A mesh has no middle and does not move; a plane has neither.
   if (std::isinf(obstacles_[point].inner) || std::holds_alternative<Plane>(other.shape)) return false;
-  const BodyMotion& way = ways_[one.body];
-  const BodyMotion& frame = ways_[other.body];
-  if (!(way.spun < most_turn && frame.spun < most_turn)) return false;
-  if (longest_way(point, through) <= obstacles_[point].inner) return false;
+  const BodyMotion& motion = motions_[one.body];
+  const BodyMotion& frame = motions_[other.body];
+  if (!(motion.spun < most_turn && frame.spun < most_turn)) return false;
+  if (longest_path(point, through) <= obstacles_[point].inner) return false;
   const Polytope* const facets = std::holds_alternative<Polytope>(other.shape)
                                      ? &std::get<Polytope>(other.shape)
                                      : (obstacles_[through].facets ? &*obstacles_[through].facets : nullptr);
-  const double turn = way.turn.norm() + frame.turn.norm();
-  std::vector<double> times{0, way.bend, frame.bend};
+  const double turn = motion.turn.norm() + frame.turn.norm();
+  std::vector<double> times{0, motion.bend, frame.bend};
   const int pieces = 1 + static_cast<int>(turn / piece_turn);
-  for (int i = 1; i <= pieces; ++i) times.push_back(way.step * i / pieces);
+  for (int i = 1; i <= pieces; ++i) times.push_back(motion.step * i / pieces);
   std::ranges::sort(times);
   Path path;
   for (const double time : times) {
     const Pose frame_at = frame.at(time) * other.placement;
-    path.push_back(frame_at.inverse() * (way.at(time) * obstacles_[point].middle));
+    path.push_back(frame_at.inverse() * (motion.at(time) * obstacles_[point].middle));
   }
   if (facets) return passes_through(*facets, path);
   if (const auto* const mesh = std::get_if<TriangleMesh>(&other.shape)) return passes_through(*mesh, path);
@@ -210,7 +210,7 @@ void PassageMeter::add(const State& state, double step) {
     const double bend = squared > 0 ? std::clamp(left.dot(change) / squared, 0.0, step) : 0;
     const double length = bend * before_.v[i].linear.norm() + (step - bend) * state.v[i].linear.norm();
     const double spun = step * std::max(before_.v[i].angular.norm(), state.v[i].angular.norm());
-    ways_[i] = {from, to, before_.v[i].linear, state.v[i].linear, step, bend, turn, length, spun};
+    motions_[i] = {from, to, before_.v[i].linear, state.v[i].linear, step, bend, turn, length, spun};
     longest = std::max(longest, length + spun * reaches_[i]);
   }
   before_.q = state.q;
@@ -220,10 +220,10 @@ void PassageMeter::add(const State& state, double step) {
   bounds_.clear();
   for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {
     const Collider& collider = scene_.colliders[i];
-    const BodyMotion& way = ways_[collider.body];
-    const Pose pose = Pose{way.from.linear, way.from.angular} * collider.placement;
+    const BodyMotion& motion = motions_[collider.body];
+    const Pose pose = Pose{motion.from.linear, motion.from.angular} * collider.placement;
     Bounds& box = bounds_.emplace_back(bounds(collider.shape, pose));
-    const double margin = way.length + way.spun * obstacles_[i].reach;
+    const double margin = motion.length + motion.spun * obstacles_[i].reach;
     box.min().array() -= margin;
     box.max().array() += margin;
   }

@@ -13,12 +13,13 @@
 namespace substep {
 
 /// Detects bodies that pass through others within a step, so that no state shows it. The middle of a collider
-/// passes through another collider if its path in the other's frame leaves a convex solid by a side that
-/// faces away from the side of entry, comes within half the radius of the axis of a ball or capsule, or goes
-/// behind the front of a triangle mesh. Within a step each body moves straight with its old velocity and then
-/// with its new one, and turns evenly. Planes have no other side: a body below one counts as penetration. The
-/// meter ignores colliders that move in a step by less than the radius of a ball that fits into them, and
-/// bodies that turn by more than 2.5 rad.
+/// passes through another collider if its path in the other's frame
+/// - leaves a convex solid by a side that faces away from the side of entry;
+/// - comes within half the radius of the axis of a ball or capsule;
+/// - ends behind the front of a triangle mesh, or crosses a two-sided one.
+/// Within a step each body moves straight with its old velocity and then with its new one, and turns evenly.
+/// A body below a plane counts as penetration. The meter ignores colliders that move in a step by less than
+/// the radius of a ball that fits into them, and bodies that turn by more than 2.5 rad.
 class PassageMeter {
  public:
   PassageMeter(const Scene& scene, const State& start);  ///< the scene must outlive it
@@ -41,17 +42,18 @@ class PassageMeter {
   struct BodyMotion {
     Coordinates from;
     Coordinates to;
-    Vector3 velocity_before;
+    Vector3 velocity_before;  ///< m/s, world
     Vector3 velocity_after;
-    double step;
+    double step;    ///< s
     double bend;    ///< time at which the velocity changes, s
     Vector3 turn;   ///< rotation vector, frame of `from`
     double length;  ///< of the centre's path, m
-    double spun;    ///< angle at the larger of the two spins, rad
+    double spun;    ///< step × the larger of the two angular speeds, rad
     Pose at(double time) const;
   };
   /// Returns an upper bound of the length of the path of a collider's middle in another's frame, m.
-  double longest_way(std::size_t point, std::size_t through) const;
+  double longest_path(std::size_t point, std::size_t through) const;
+  /// Returns true where the middle of collider `point` passes through collider `through` in the last step.
   bool passes(std::size_t point, std::size_t through) const;
 
   const Scene& scene_;
@@ -61,7 +63,7 @@ class PassageMeter {
   double thinnest_ = infinity;       ///< least inner radius of a collider, m
   std::vector<double> reaches_;      ///< by body, m
   State before_;
-  std::vector<BodyMotion> ways_;
+  std::vector<BodyMotion> motions_;
   BroadPhase broad_phase_;
   std::vector<Bounds> bounds_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a hash of everything besides its key that a job's result depends on.
+/// Returns a hash of the inputs of a job's result, without the job's key.
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text = fmt::format("{:x} {:x} {} {} {} {} {}", program_hash().value_or(0), scene.hash,
@@ -41,7 +41,7 @@ std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view recor
 
 struct FoundJob {
   std::optional<std::string> record = {};  ///< nothing without a file of this build, scene and sweep file
-  bool is_damaged = false;                 ///< the file's first line is no seal, or not that of its record
+  bool is_damaged = false;                 ///< the first line is no seal, or does not match the record
 };
 
 /// Reads a job's file: a line with the seal, then the record.
@@ -203,7 +203,7 @@ void merge_sweep(const Sweep& sweep, const fs::path& results) {
   if (!missing.empty()) {
     const std::vector<fs::path> damaged = damaged_jobs(sweep, results);
     throw Error(
-        "{}: {} of {} jobs are not done, the first is {}{}: run the sweep again, it goes on where it stopped",
+        "{}: {} of {} jobs are not done, the first is {}{}: run the sweep again, which keeps finished jobs",
         results.string(), missing.size(), sweep.jobs.size(), missing.front(),
         damaged.empty() ? "" : fmt::format(" ({} is damaged)", damaged.front().string()));
   }

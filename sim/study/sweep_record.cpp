@@ -43,7 +43,7 @@ void require_possible(const SweepRecord& r, const Json& metrics) {
   const auto require = [&r](bool possible, std::string_view what, double value) {
     if (!possible) throw Error("not what a sweep wrote: '{}' of {} is {}", what, r.key, value);
   };
-  // Accept infinity, of a run that ended before it could be compared.
+  // Accept infinity: the errors of a diverged run.
   const auto not_negative = [&](std::string_view what, double value) { require(value >= 0, what, value); };
   check(r.settings);
   require(r.divisions >= 1, "divisions", r.divisions);

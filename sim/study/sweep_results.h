@@ -67,7 +67,7 @@ std::string percent(double share);
 /// Smallest error in plots: smaller ones are drawn here.
 inline constexpr double smallest_plotted_error = 1e-10;
 
-/// Returns true for a measured run of one of the five algorithms.
+/// Returns true for a measured run of one of our algorithms: the five, Soft Step or AVBD.
 bool is_own_run(const SweepRecord& record);
 
 /// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m and the step, and what is not the default.
@@ -77,7 +77,7 @@ std::string spoken(const SweepRecord& record, bool joints);
 /// Returns the cost that choices minimise: CPU time where it was measured, otherwise rows solved.
 double time_or_rows(const SweepRecord& record);
 
-/// Returns the cheapest run of the five that is good enough; nothing if none is. A good run stays bounded
+/// Returns the cheapest of our runs that is good enough; nothing if none is. A good run stays bounded
 /// with an RMS error of at most `tolerance` (of the scene's size), its joints and contacts stay closed to
 /// `tolerance`, its change of energy is within ten times `tolerance` of the most accurate run's, and no
 /// finer run of the same algorithm and settings is unbounded.

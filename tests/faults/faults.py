@@ -133,7 +133,7 @@ class Bench:
         undisturbed = self.run(self.after)
         self.seconds = undisturbed.seconds
         if undisturbed.code != self.code:
-            sys.exit(f"{name}: code {undisturbed.code} without a fault: {undisturbed.said}")
+            sys.exit(f"{name}: code {undisturbed.code} without a fault: {undisturbed.messages}")
         self.new = snapshot(self.after)
         self.made = sum((self.after / f).stat().st_size for f in self.new if f not in self.old)
         self.largest = max((self.after / f).stat().st_size for f in self.new if self.new[f] != self.old.get(f))

@@ -81,13 +81,13 @@ class Project:
 
 
 def printed(text, what):
-    """Returns the one command that was printed for `what`."""
+    """Returns the commands on lines that begin with `what` or with the command itself."""
     found = re.findall(rf"^ *(?:{what})? *(substep .*)$", text, re.M)
     expect(found, f"no command for {what} in\n{text}")
     return found
 
 
-def a_damaged_scene_beside_a_changed_one(folder):
+def damaged_scene_does_not_hide_changed_one(folder):
     project = Project(folder).with_goldens()
     project.damage("pendulum")
     project.replace("scenes/box_stack.gltf", '"mass":1.0', '"mass":2.0', 1)
@@ -113,7 +113,7 @@ def damaged_goldens_are_errors_of_their_cases(folder):
         expect("\n" not in entry["cause"] and entry["cause"].startswith("golden/"), entry["cause"])
 
 
-def a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run(folder):
+def timeout_and_crash_are_errors_of_one_case(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
     project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\ntime_limit = 0.01')
     project.shell("substep check", 1)
@@ -130,7 +130,7 @@ def a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run(folder)
             time.sleep(0.05)
         time.sleep(0.5)
         junit = project.junit()
-        expect(junit.get("errors") != "0", "junit.xml of a check that goes on is not green")
+        expect(junit.get("errors") != "0", "junit.xml of a running check reports errors")
         os.kill(int(worker[0]), signal.SIGSEGV)
         while pathlib.Path(f"/proc/{worker[0]}").exists():
             time.sleep(0.05)
@@ -149,7 +149,7 @@ def two_checks_do_not_write_to_one_folder(folder):
     project.shell("substep check", 0)
 
 
-def an_interrupted_check_says_so_once_and_the_next_begins_at_once(folder):
+def interrupted_check_reports_once(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
     project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\nframes = 20000\nimages = [20000]')
     # A terminal sends the signal to all of its group, a job's end to one process.
@@ -161,13 +161,13 @@ def an_interrupted_check_says_so_once_and_the_next_begins_at_once(folder):
         time.sleep(0.1)
         interrupt(check.pid, number)
         check.wait()
-        project.shell("substep check --case pendulum", 0)
-        said = check.communicate()[1]
-        expect(said == "substep: interrupted: what was not finished is removed\n", said)
+        project.shell("substep check --case pendulum", 0)  # the folder's lock is free at once
+        message = check.communicate()[1]
+        expect(message == "substep: interrupted: what was not finished is removed\n", message)
         expect(check.returncode == -number, check.returncode)
 
 
-def folders_of_any_name_run_nothing(folder):
+def folder_names_are_quoted(folder):
     project = Project(folder, ["pendulum"])
     strange = "a $(touch ran) 'b\" `touch ran` -c"
     os.rename(project.with_goldens().folder / "golden", project.folder / strange)
@@ -179,12 +179,12 @@ def folders_of_any_name_run_nothing(folder):
             command = command.replace('"..."', '"as meant"')
         project.shell(command, 0)
     expect(not (project.folder / "ran").exists(), "a folder's name was run")
-    environment = ["--suite", strange]
-    expect(subprocess.run([SUBSTEP, "check", *environment], cwd=project.folder, capture_output=True).returncode == 1,
+    arguments = ["--suite", strange]
+    expect(subprocess.run([SUBSTEP, "check", *arguments], cwd=project.folder, capture_output=True).returncode == 1,
            "only the case that was named first in its group is approved")
 
 
-def a_scene_without_pictures_needs_no_renderer(folder):
+def scene_without_pictures_needs_no_renderer(folder):
     project = Project(folder, ["pendulum"])
     project.with_goldens(SUITE.replace("images = [20]", "images = []"))
     project.shell("substep check", 0)
@@ -193,7 +193,7 @@ def a_scene_without_pictures_needs_no_renderer(folder):
     expect(project.results()["made_with"]["renderer"] == "", "the renderer was not asked for")
 
 
-def other_renderers_are_known(folder):
+def other_renderers_are_reported(folder):
     project = Project(folder, ["pendulum"]).with_goldens()
     text = project.shell("DRAW_USE_LLVM=0 substep check", 2)
     expect(text.count("\n") == 1 and "DRAW_USE_LLVM=0" in text, text)
@@ -202,7 +202,7 @@ def other_renderers_are_known(folder):
     expect(made_with["renderer"].endswith("GALLIUM_NOSSE=1") and not made_with["pinned"], made_with)
 
 
-def adopts_goes_red_and_green_again_by_what_is_printed(folder):
+def printed_commands_repair_suite(folder):
     project = Project(pathlib.Path(folder) / "theirs", ["box_stack", "pendulum", "bouncing_balls"])
     (project.folder / "scenes/empty.gltf").write_text("{}")
     text = project.shell("substep init .", 0)
@@ -232,7 +232,7 @@ def adopts_goes_red_and_green_again_by_what_is_printed(folder):
     expect(sidecar["approved"]["reason"] == "they bounce less", sidecar["approved"])
 
 
-def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
+def readme_pendulum_follows_printed_commands(folder):
     page = (SOURCE / "golden/README.md").read_text()
     script = re.search(r"<!-- pendulum.py -->\n```python\n(.*?)```", page, re.S).group(1)
     project = Project(folder, [])
@@ -283,7 +283,7 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
         expect((entry["verdict"], entry["cause"]) == ("error", cause), entry["cause"])
 
 
-def a_table_is_compared_within_its_tolerance(folder):
+def table_is_compared_within_its_tolerance(folder):
     project = Project(folder, ["box_stack"])
     project.shell("substep run scenes/box_stack.gltf --duration 0.5 --csv stack.csv --output stack.poses.txt", 0)
     table = (project.folder / "stack.csv").read_text()
@@ -307,7 +307,7 @@ pose_tolerance = { position = 0.002 }
     project.shell('substep approve --failed --reason "the first"', 0)
     project.shell("substep check", 0)
 
-    def lifted(by):
+    def shift_x(by):
         rows = [row.split(",") for row in table.splitlines()]
         x = rows[0].index("x")
         for row in rows[1:]:
@@ -315,11 +315,11 @@ pose_tolerance = { position = 0.002 }
                 row[x] = str(float(row[x]) + by)
         (project.folder / "stack.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
 
-    lifted(0.001)
+    shift_x(0.001)
     project.shell("substep check", 1)
     expect(project.verdicts() == {"box_stack.stack": "simulation changed", "box_stack.stack-loose": "pass"},
            project.verdicts())
-    lifted(0.003)
+    shift_x(0.003)
     project.shell("substep check", 1)
     limit = project.results()["cases"][1]["poses"]["motion"]["limit"]
     expect(limit == "body box_1 position x 0.003 m (limit 0.002)", limit)
@@ -329,12 +329,10 @@ pose_tolerance = { position = 0.002 }
     expect(re.match(r"stack\.csv:\d+: box_stack has no body 'box_33': there are box_1, ", cause), cause)
 
 
-TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_their_cases,
-         a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run, two_checks_do_not_write_to_one_folder,
-         an_interrupted_check_says_so_once_and_the_next_begins_at_once, folders_of_any_name_run_nothing,
-         a_scene_without_pictures_needs_no_renderer, other_renderers_are_known,
-         adopts_goes_red_and_green_again_by_what_is_printed,
-         a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed, a_table_is_compared_within_its_tolerance]
+TESTS = [damaged_scene_does_not_hide_changed_one, damaged_goldens_are_errors_of_their_cases,
+         timeout_and_crash_are_errors_of_one_case, two_checks_do_not_write_to_one_folder, interrupted_check_reports_once,
+         folder_names_are_quoted, scene_without_pictures_needs_no_renderer, other_renderers_are_reported,
+         printed_commands_repair_suite, readme_pendulum_follows_printed_commands, table_is_compared_within_its_tolerance]
 
 def main():
     """Runs the tests that are named after program and folder, else all, each in a folder of its own."""

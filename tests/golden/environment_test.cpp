@@ -61,6 +61,7 @@ TEST_F(AnyRenderer, ToleratesByFlip) {
   expect(Verdict::pass, 0);
   replace_in(suite_.options.suite, "flip = 0.9", "flip = 0.01");
   expect(Verdict::environment, 3);
+  EXPECT_THAT(suite_.run().text, testing::HasSubstr("fails by FLIP"));
 }
 
 /// A suite for the pinned renderer, whose goldens were approved with renderer = "any".

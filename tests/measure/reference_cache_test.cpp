@@ -1,7 +1,6 @@
 // Tests the cache of references: a reference is read where nothing has changed, and computed otherwise.
 
 #include "sim/measure/reference_cache.h"
-#include "sim/loading/json_value.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
@@ -22,9 +22,8 @@ namespace {
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
     if (entry.is_regular_file()) files.push_back(entry.path());
-  }
   return files;
 }
 
@@ -50,6 +49,7 @@ TEST(ReferenceCache, RejectsChangedTruncatedAndForeignFiles) {
   ASSERT_EQ(files.size(), 2u);
   const std::string whole = *content_of(files[0]);
   const std::string other = *content_of(files[1]);
+  // Either key may have the first file.
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string changed = whole;
     changed[i] = static_cast<char>(changed[i] ^ 1);
@@ -66,7 +66,7 @@ TEST(ReferenceCache, RejectsChangedTruncatedAndForeignFiles) {
 
 TEST(ReferenceCache, RemovesLeastRecentlyUsed) {
   const test::TemporaryFolder folder;
-  const std::vector<double> numbers(1000, 0.1);  // of nine bytes
+  const std::vector<double> numbers(1000, 0.1);  // nine bytes each
   const ReferenceCache cache(folder.path(), 30'000);
   cache.keep("used", numbers);
   for (const char* const key : {"a", "b", "c", "d"}) {
@@ -88,7 +88,7 @@ TEST(ReferenceCache, IgnoresUnwritableFolder) {
   EXPECT_FALSE(cache.find("one"));
 }
 
-TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
+TEST(ReferenceCache, ConcurrentWritersLeaveWholeFiles) {
   const test::TemporaryFolder folder;
   const Json numbers = std::vector<double>(5000, 0.1);
   const auto use = [&] {
@@ -104,6 +104,7 @@ TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
   std::thread other(use);
   one.join();
   other.join();
+  EXPECT_FALSE(files_in(folder.path()).empty());
   for (const auto& file : files_in(folder.path())) EXPECT_EQ(file.extension(), ".reference");
 }
 
@@ -124,7 +125,7 @@ TEST(CachedReference, DependsOnSceneHash) {
     ASSERT_EQ(read.motion.samples.size(), computed.motion.samples.size());
     EXPECT_EQ(read.motion.interval, computed.motion.interval);
     for (std::size_t k = 0; k < read.motion.samples.size(); ++k) {
-      State kept;  // of a state, its coordinates and velocities
+      State kept;  // the cache keeps coordinates and velocities alone
       kept.q = computed.motion.samples[k].q;
       kept.v = computed.motion.samples[k].v;
       EXPECT_EQ(hash(read.motion.samples[k]), hash(kept)) << k;

@@ -42,8 +42,8 @@ State run(const Scene& scene, int order, int divisions, double duration) {
 }
 
 TEST(SmoothMotion, SwingsWithThePeriodOfTheRodPendulum) {
-  // A rod of 1 m about its end, released level. After a quarter of the period it hangs: its centre is then
-  // off by the rest of the step at the speed √(3 g / 4) of the closed form.
+  // A rod of 1 m about its end, released level, hangs after a quarter of its period; its centre then has the
+  // speed √(3 g / 4) of the closed form.
   Scene scene = scene_named("pendulum");
   constexpr double quarter = 1.93333485 / 4;
   scene.step = quarter / 30;
@@ -64,7 +64,7 @@ TEST(SmoothMotion, HeavyTopFollowsLagrange) {
     before = angle;
     most_tilt = std::max(most_tilt, std::acos(axis.y()));
   });
-  // The file's height begins 0.62 m below the point, at which the weight is 20 N.
+  // The file measures heights from 0.62 m below the fixed point; the top weighs 20 N.
   EXPECT_NEAR(energy(scene, state) - 20 * 0.62, 1269.97500521, 1e-8);  // measured 3e-10
   EXPECT_NEAR(most_tilt, 0.0545517, 1e-6);                             // at samples 1/240 s apart
   EXPECT_NEAR(std::abs(azimuth), 4.196191, 1e-3);
@@ -99,7 +99,7 @@ TEST(SmoothMotion, ConvergesAtItsOrder) {
 }
 
 TEST(SmoothMotion, A1ConvergesToSameMotion) {
-  // Another method with other errors: A1's steps, extrapolated by themselves.
+  // A1's extrapolated steps have other errors than the integrator.
   for (const char* const name : {"pendulum", "rod_chain", "heavy_chain", "heavy_top", "squeezer"}) {
     const Scene scene = scene_named(name);
     const Reference direct = reference_run(scene, 0.5, 256);
@@ -130,7 +130,7 @@ TEST(SmoothMotion, KeepsJointsClosed) {
   }
 }
 
-/// Returns a ball of 1 kg, 0.1 m from its centre held to the world's origin by `limit`, from (x, 0, 0) m.
+/// Returns a ball of 1 kg and radius 0.1 m at (x, 0, 0) m, whose centre `limit` ties to the world's origin.
 Scene held_ball(double x, const JointLimit& limit) {
   Scene scene = test::empty_scene();
   test::add_body(scene, 1, Vector3::Constant(0.004), test::at(x, 0, 0));
@@ -192,7 +192,7 @@ TEST(Reference, TumblingBodyIsUncertainInItsTurnAlone) {
   const Scene scene = scene_named("tumbling_body");
   const ReferenceMotion reference = reference_motion(scene, 4);
   EXPECT_DOUBLE_EQ(reference.horizon, 4);
-  // A body that turns about its centre differs in its turn alone.
+  EXPECT_LT(reference.uncertainty().position, 1e-12);  // measured 0
   EXPECT_GT(reference.uncertainty().turn, 0);
   EXPECT_LT(reference.uncertainty().turn, 1e-6);
 }
@@ -204,9 +204,9 @@ TEST(Reference, EndsAtUnresolvedImpact) {
 }
 
 TEST(Reference, BallStaysWithinUncertaintyAtOnsetOfRolling) {
-  // A ball of radius 0.1 m starts sliding along x: at 2/7 of its speed's loss to friction it rolls. Four of
-  // 24 such balls are off by most of the uncertainty, the ball 10 by a usual 0.2 of it. For 3, 8 and 18 the
-  // last two refinements differ by chance 60 to 1700 times less than their error.
+  // A ball of radius 0.1 m slides along x, and rolls once friction has taken 2/7 of its speed. Of 24 such
+  // balls 3, 8, 18 and 23 are off by most of the uncertainty, 10 by a typical 0.2 of it. For 3, 8 and 18 the
+  // last two refinements happen to differ 60 to 1700 times less than their error.
   for (const int i : {3, 8, 10, 18, 23}) {
     const double speed = 1 + 0.13 * i;
     const double friction = 0.2 + 0.017 * ((7 * i) % 24);

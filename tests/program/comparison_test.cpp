@@ -1,5 +1,4 @@
-// Tests comparisons: reference, errors and readings; panels, titles and strips. One file, since all read the
-// runs of a comparison.
+// Tests comparisons: reference, errors and readings; panels, titles and strips.
 
 #include "render/video/comparison.h"
 
@@ -33,8 +32,7 @@ using VideoRun = render::Run;
 ComparisonSettings settings(const Scene& scene, double duration,
                             const std::vector<std::string>& panels = {}) {
   ComparisonSettings result;
-  Settings base = default_settings(Algorithm::a5);
-  if (panels.empty()) base = {};
+  Settings base = panels.empty() ? Settings{} : default_settings(Algorithm::a5);
   base.step = result.step = scene.step;
   if (panels.empty()) result.panels = default_panels(base);
   for (const std::string& panel : panels) result.panels.push_back(panel_in(panel, base));
@@ -42,12 +40,13 @@ ComparisonSettings settings(const Scene& scene, double duration,
   return result;
 }
 
-/// Returns the mean over six points with the body's moments of inertia, each a sixth of the mass.
+/// Returns the mean squared distance between two poses, m², of six points that share the body's mass equally
+/// and have its moments of inertia.
 double squared_distance_of_points(const Body& body, const Coordinates& is, const Coordinates& should_be) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const Vector3 radii = body.inverse_mass * body.inverse_inertia.cwiseInverse();
-    const double second_moment = radii.sum() / 2 - radii[axis];
+    const Vector3 squared_radii = body.inverse_mass * body.inverse_inertia.cwiseInverse();
+    const double second_moment = squared_radii.sum() / 2 - squared_radii[axis];
     for (const double side : {-1.0, 1.0}) {
       const Vector3 point = side * std::sqrt(3 * second_moment) * Vector3::Unit(axis);
       const Vector3 there = is.angular * point + is.linear;
@@ -116,7 +115,7 @@ TEST(Comparison, ChoosesTheReferenceByTheScene) {
   EXPECT_LE(reference_in("box_stack", 0.2, "A1 itself, h=1/240"), 1e-9 * size_of(scene_named("box_stack")));
   reference_in("sliding_ball", 0.2, "A1 itself, h=1/960");
   EXPECT_LT(reference_in("pendulum", 1, "own, order 8, h=1/960"), 1e-9);  // measured 2e-12
-  reference_in("governor", 0.1, "A1 itself, h=1/960");                    // whose joints end the integrator
+  reference_in("governor", 0.1, "A1 itself, h=1/960");  // the integrator ends at the governor's joints
 }
 
 TEST(Comparison, ShowsGapsWithoutAReference) {
@@ -157,10 +156,10 @@ TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
   const Scene loaded = scene_named("box_stack");
   ComparisonSettings choice = settings(loaded, 0.2, {"a1", "a5"});
   choice.has_reference = false;
-  choice.readings = {true, true, true, true, true};
+  choice.readings = {true, true, true, true, true, true};
   const Comparison comparison = simulate_comparison(loaded, choice);
   for (const VideoRun& run : comparison.runs) {
-    const Readings& readings = run.readings;
+    const FrameQuantities& readings = run.readings;
     ASSERT_EQ(readings.energies.size(), run.poses.size());
     EXPECT_EQ(readings.energies[0], 0);
     ASSERT_EQ(readings.gaps.size(), run.poses.size());
@@ -169,6 +168,7 @@ TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
     EXPECT_LT(readings.speeds.back()[1], 0.05F);
     ASSERT_EQ(readings.depths.back().size(), loaded.bodies.size());
     EXPECT_LT(readings.depths.back()[1], 0.01F);
+    EXPECT_FLOAT_EQ(static_cast<float>(readings.deepest.back()), std::ranges::max(readings.depths.back()));
     EXPECT_TRUE(readings.contacts.front().empty());
     EXPECT_GE(readings.contacts.back().size(), 4u);
   }
@@ -297,7 +297,7 @@ TEST(Titles, ShowDifferingSettings) {
   }
 }
 
-TEST(Titles, ShadePanelsOfOneAlgorithm) {
+TEST(PanelColours, DifferWithinAlgorithm) {
   const Scene loaded = scene_named("pendulum");
   ComparisonSettings chosen = settings(loaded, 0, {"a5,n=2", "a4", "a5,n=10", "a5,n=20"});
   chosen.has_reference = false;
@@ -308,7 +308,7 @@ TEST(Titles, ShadePanelsOfOneAlgorithm) {
     for (std::size_t j = 0; j < i; ++j) {
       int difference = 0;
       for (std::size_t c = 0; c < 3; ++c) difference += std::abs(colors[i][c] - colors[j][c]);
-      EXPECT_GT(difference, 120) << i << " and " << j;  // measured from 162
+      EXPECT_GT(difference, 120) << i << " and " << j;  // smallest measured: 162
     }
   }
 }

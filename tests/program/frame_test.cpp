@@ -21,7 +21,7 @@ namespace substep::render {
 namespace {
 
 /// Returns A1 to A5 and the reference in a scene.
-Comparison compared(const Scene& scene, double duration, const ReadingChoice& readings = {}) {
+Comparison compared(const Scene& scene, double duration, const QuantityChoice& readings = {}) {
   ComparisonSettings settings;
   Settings base;
   base.step = settings.step = scene.step;

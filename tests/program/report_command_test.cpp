@@ -57,7 +57,8 @@ TEST_F(ReportCommand, MakesAPageOfScenes) {
   // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
   EXPECT_THAT(page, HasSubstr("56 runs of 2 scenes"));
   // The page begins with the answers, a card for each scene.
-  EXPECT_THAT(page.substr(0, 600), HasSubstr("### swing\n\n| for | take | CPU, ms | RMS error / size |"));
+  EXPECT_THAT(page.substr(0, 600),
+              HasSubstr("### swing\n\n| for | take | ms of CPU a simulated second | RMS error / size |"));
   EXPECT_LT(page.find("### ball"), page.find("## At equal cost"));
   for (const char* const file : {"choice-swing.svg", "choice-swing.csv", "end-swing.png", "end-ball.png"})
     EXPECT_TRUE(has(std::string("page/figures/") + file)) << file;
@@ -73,7 +74,7 @@ TEST_F(ReportCommand, MapsAScene) {
   // The first map has A3 and A5 at four steps with four n, the second at five τ with five κ.
   const std::string steps = content("page/figures/map-steps.csv");
   EXPECT_EQ(std::ranges::count(steps, '\n'), 1 + 2 * 4 * 4 + 2 * 2);  // and two n more at h
-  EXPECT_THAT(steps, HasSubstr("\"swing: A3\",\"error below 1 % of the size\",\"n\",\"h, s\",20,"));
+  EXPECT_THAT(steps, HasSubstr("\"swing: A3\",\"error or gap below 1 % of the size\",\"n\",\"h, s\",20,"));
   const std::string factors = content("page/figures/map-factors.csv");
   EXPECT_EQ(std::ranges::count(factors, '\n'), 1 + 2 * 5 * 5);
   // τ = 1.8 lies above 4 − 2κ at κ = 1.6 alone, where a row is unstable.

@@ -1,5 +1,5 @@
 # cmake -D program=… -D scene=… -D folder=… -P slurm_test.cmake
-# A sweep as a job array of a real Slurm leaves what the sweep leaves here.
+# Checks that a sweep run as a Slurm job array writes the same sweep.json as a local run.
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(REMOVE_RECURSE ${folder})
 file(MAKE_DIRECTORY ${folder})

@@ -33,7 +33,7 @@ TEST(Ground, LiesBelowFallingBodiesAtTheStart) {
   EXPECT_GT(height_of(scene), 1.5);
 }
 
-/// Adds a ball joint between `body` at `anchor` and the world, or another body at `other_anchor`.
+/// Adds a ball joint of two limits between `body` at `anchor` and the world or `other` at `other_anchor`.
 void join(Scene& scene, int body, const Vector3& anchor, const Vector3& other_anchor,
           int other = world_body) {
   Joint& joint = scene.joints.emplace_back();
@@ -41,9 +41,11 @@ void join(Scene& scene, int body, const Vector3& anchor, const Vector3& other_an
   joint.body_b = other;
   joint.frame_a.position = anchor;
   joint.frame_b.position = other_anchor;
-  JointLimit& limit = joint.limits.emplace_back();
-  limit.axes = {true, true, true};
-  limit.min = limit.max = 0;
+  for (const bool upright : {false, true}) {
+    JointLimit& limit = joint.limits.emplace_back();
+    limit.axes = {!upright, upright, !upright};
+    limit.min = limit.max = 0;
+  }
 }
 
 TEST(Ground, LiesBelowAllThatCanSwing) {

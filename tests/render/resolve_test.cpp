@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -69,7 +69,7 @@ TEST(Resolve, UprightEdgeHasFourStepsAPixel) {
 }
 
 TEST(Resolve, AgreesWithAveragingEachSample) {
-  // 40 × 30 pixels of random colours and bits. light_of_samples() copies no pixels, but averages each sample.
+  // 40 × 30 pixels of random colours and bits. The light of samples is averaged in all of them.
   std::mt19937 numbers(1);  // NOLINT(bugprone-random-generator-seed): the same in every run
   Pixels first(std::size_t{40} * 30 * 4);
   Pixels second(first.size());
@@ -83,17 +83,18 @@ TEST(Resolve, AgreesWithAveragingEachSample) {
 }
 
 TEST(Resolve, LaysBlendedSurfacesOverBodiesAndGround) {
-  // Half of white over black where the layer has a body's sample, averaged in linear light: code 188.
-  const Pixels black = grey(2, 0);
-  Pixels layer = grey(2, 255);
-  layer[3] = all_samples;
-  Pixels opacities(8, 0);
-  opacities[0] = 128;
-  SampleLight samples = light_of_samples(RenderedPixels{2, 1, 1, black, black, black});
-  lay_over(samples, RenderedPixels{2, 1, 1, black, layer, black}, opacities);
-  const Image image = resolved(samples, 2, 1, 1);
-  EXPECT_NEAR(image.pixel(0, 0)[0], 188, 1);
-  EXPECT_EQ(image.pixel(1, 0)[0], 0);
+  // Half of white over ground, half of black over a body, averaged in linear light: code 188.
+  const Pixels black = grey(3, 0);
+  Pixels bodies = grey(3, 255);
+  Pixels layer = grey(3, 255);
+  bodies[7] = layer[3] = all_samples;
+  layer[7] = 0xf0;  // of the second colour
+  const Pixels opacities{128, 0, 0, 0, 0, 128, 0, 0, 0, 0, 0, 0};
+  SampleLight samples = light_of_samples(RenderedPixels{3, 1, 1, black, bodies, black});
+  lay_over(samples, RenderedPixels{3, 1, 1, black, layer, black}, opacities);
+  const Image image = resolved(samples, 3, 1, 1);
+  for (const int x : {0, 1}) EXPECT_NEAR(image.pixel(x, 0)[0], 188, 1);
+  EXPECT_EQ(image.pixel(2, 0)[0], 0);
 }
 
 }  // namespace

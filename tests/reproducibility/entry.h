@@ -14,9 +14,8 @@
 namespace substep {
 
 /// Sets the rounding mode, flush-to-zero or traps by a name: upward, downward, toward-zero, flush-to-zero,
-/// trapping.
-/// Returns false where the processor lacks it.
-inline bool enter(std::string_view mode) {
+/// trapping. Returns false for another name, or where the processor lacks the mode.
+inline bool set_floating_point_mode(std::string_view mode) {
   if (mode == "upward") return std::fesetround(FE_UPWARD) == 0;
   if (mode == "downward") return std::fesetround(FE_DOWNWARD) == 0;
   if (mode == "toward-zero") return std::fesetround(FE_TOWARDZERO) == 0;
@@ -31,11 +30,11 @@ inline bool enter(std::string_view mode) {
   return false;
 }
 
-/// Applies "--entry MODE" where the arguments begin with it, and returns the index of the first argument
-/// after it; 0 where the mode is unknown, which it prints.
+/// Applies "--entry MODE" where the arguments begin with it. Returns the index of the first argument after
+/// it, 1 without it, 0 after printing that MODE is unknown.
 inline int first_after_entry(int count, char** arguments) {
   if (count < 3 || std::string_view(arguments[1]) != "--entry") return 1;
-  if (enter(arguments[2])) return 3;
+  if (set_floating_point_mode(arguments[2])) return 3;
   std::fprintf(stderr, "%s: --entry %s is not known here\n", arguments[0], arguments[2]);
   return 0;
 }

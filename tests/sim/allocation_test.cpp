@@ -1,5 +1,4 @@
-// A step of A2–A5 allocates nothing after the first, as long as there are not more contacts than before; nor
-// does the search for contacts.
+// Steps, but for A1's, and searches for contacts allocate nothing once they had as many contacts before.
 
 #include <gtest/gtest.h>
 
@@ -51,8 +50,10 @@ long allocations_of_steps(const Scene& scene, Settings settings) {
   simulation.step();
   allocations = 0;
   counting = true;
-  for (int i = 0; i < 30; ++i) simulation.step();
+  std::int64_t contacts = 0;
+  for (int i = 0; i < 30; ++i) contacts += simulation.step().contacts;
   counting = false;
+  EXPECT_EQ(contacts > 0, !scene.colliders.empty());
   return allocations;
 }
 
@@ -125,7 +126,7 @@ TEST(ContactSearch, AllocatesNothingOnceWarm) {
   EXPECT_FALSE(pairs.empty());
 }
 
-/// The allocations that a vector of these takes, itself on the heap.
+/// Counts the allocations of a vector of three elements that is itself on the heap.
 template <class Element>
 long allocations_of_a_vector() {
   counting = true;

@@ -136,7 +136,7 @@ TEST(SubstepMap, ExistsForRigidJoints) {
   settings.iterations = 2;
   EXPECT_EQ(substep_radius(chain, settings),
             substep_radius(chain, {.kappa = settings.kappa}, 2, settings.joints));
-  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::soft, Algorithm::avbd}) {
     settings.algorithm = algorithm;
     EXPECT_FALSE(substep_radius(chain, settings)) << name(algorithm);
   }

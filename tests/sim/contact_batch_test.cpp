@@ -1,5 +1,4 @@
-// Contacts by manifolds, four at a time: lanes are independent, and solved manifolds obey their laws. One
-// file, since manifolds and patches are solved on one box.
+// Manifolds in batches of four: lanes are independent, and solved manifolds and patches obey their laws.
 
 #include "sim/constraints/contact_batch.h"
 
@@ -173,7 +172,7 @@ struct LaneRow {
   double impulse;
 };
 
-/// Distance of a solved manifold from its law, relative to the speeds and to the largest impulse.
+/// Violations of a solved manifold's law: velocities in m/s, impulses relative to the largest.
 struct Violation {
   double approach = 0;       ///< approaching velocity along a normal, m/s
   double pull = 0;           ///< negative normal impulse
@@ -203,7 +202,7 @@ struct BoxOnPlate {
     problem.substeps.offset.resize(state.v.size());
   }
 
-  /// Makes the rows. `q`: for patches.
+  /// Formulates the rows: of patches at `q`, or of points where `q` is empty.
   void formulate_rows(const std::vector<Coordinates>& q) {
     build_blocks(problem, Joints::rows);
     build_contacts(problem, q);
@@ -330,11 +329,11 @@ TEST(ContactBatches, ConvergedManifoldObeysItsLaws) {
   EXPECT_LT(more.direction, 1e-8);       // measured 4.8e-9
 }
 
-/// Distance of a solved patch from its law.
+/// Violations of a solved patch's law.
 struct PatchViolation {
   double approach = 0;       ///< approaching velocity of a corner, m/s
   double pull = 0;           ///< the centre of pressure outside of the hull, of the radius
-  double complementary = 0;  ///< power of normals that push what leaves, of the largest impulse, m/s
+  double complementary = 0;  ///< |λ · (J v − β)| of the normals over their force's λ, m/s
   double friction = 0;       ///< force along the tangents beyond μ N, of μ N
   double slip = 0;           ///< slip of sticking patches, m/s
   double direction = 0;      ///< sliding: distance from friction that opposes the slip, relative to μ N
@@ -366,8 +365,8 @@ Vector3 opposing_friction(const PatchShape& shape, const Vector3& pressure, cons
   return friction / sum;
 }
 
-/// Solves the box of solve_one() as a patch, and measures its law by corners: the velocities of points that
-/// the bodies carry, and a wrench that has to be a sum of pushes at them.
+/// Solves a box on a moving plate as a patch, and measures the violations at its corners: their velocities,
+/// and whether the centre of pressure lies between them.
 void solve_patch_of(unsigned seed, PatchViolation& worst) {
   BoxOnPlate box(seed, false, {0.4, 0.35, 0.5}, 1.2, 0.5);
   if (box.found.size() != 4) return;  // they leave each other
@@ -394,7 +393,6 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
   const Velocity& va = v[x.a[0]];
   const Velocity& vb = v[x.b[0]];
   const Vector3 normal = problem.rotations[x.b[0]] * shape.axes_in_b.col(0);
-  double power = 0;
   bool lifts = false;
   for (const Contact& contact : box.found) {
     const Vector3 velocity = va.linear - vb.linear +
@@ -408,7 +406,7 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
     lifts = lifts || opening > 1e-3;
   }
   worst.lifting += lifts;
-  // Complementarity: w · (J v − β) = 0.
+  // Complementarity: λ · (J v − β) = 0.
   BodyVelocities a;
   BodyVelocities b;
   for (int k = 0; k < 3; ++k) {
@@ -418,7 +416,7 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
     b.angular[k] = Lanes{vb.angular[k]};
   }
   const RelativeMotion motion = relative_motion(patch, a, b);
-  power = normals.dot(of_normals(motion).lane(0) - patch.normal_beta.lane(0)) / normals[0];
+  const double power = normals.dot(of_normals(motion).lane(0) - patch.normal_beta.lane(0)) / normals[0];
   worst.complementary = std::max(worst.complementary, std::abs(power));
   const Vector3 pressure(0, -normals[2] / normals[0], normals[1] / normals[0]);
   for (int i = 0; i < shape.corners; ++i) {

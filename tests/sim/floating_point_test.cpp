@@ -30,7 +30,7 @@ TEST(FloatingPoint, KeepsBitsInAnyRoundingMode) {
       for (const char* const mode : {"upward", "downward", "toward-zero", "flush-to-zero", "trapping"}) {
         std::fenv_t before{};
         std::fegetenv(&before);
-        enter(mode);
+        set_floating_point_mode(mode);
         const std::string found = log_of(scene, algorithm);
         std::fesetenv(&before);
         EXPECT_TRUE(found == expected) << scene << ' ' << name(algorithm) << ": " << mode;

@@ -113,8 +113,8 @@ Loop four_bar(Random& random) {
   return loop;
 }
 
-/// A spatial four-bar of a crank and a rocker on hinges with a coupler on ball joints between them, by the
-/// reference integrator.
+/// A spatial four-bar of a crank and a rocker on hinges with a coupler on ball joints between them. Its exact
+/// motion is the reference integrator's.
 Loop spatial_four_bar(Random& random) {
   for (;;) {
     const double scale = random.between(0.7, 2);
@@ -173,8 +173,8 @@ Loop spatial_four_bar(Random& random) {
   }
 }
 
-/// The governor of scenes/governor.md with other rates, springs and balls: points, too, so that an arm's
-/// moment about itself is 5e-6 kg m².
+/// The governor of scenes/governor.md with other rates, springs and balls. Half of the trials have points for
+/// balls: an arm's moment about its own axis is then 5e-6 kg m².
 Loop governor(Random& random) {
   test::GovernorEquations exact;
   exact.of_ball = random.flip() ? 0 : random.spread(0.005, 0.02);
@@ -216,8 +216,8 @@ struct Kind {
   double energy_of_a5;  ///< limit, of energy_scale()
 };
 
-/// Returns the trial of a loop, whose error is the largest over its limit: of a body's centre in A3 0.05 of
-/// the size, of the energy 0.05 of energy_scale(), in A5 `energy_of_a5`, of the joints' gaps 0.1 of the size.
+/// Returns the trial of a loop. Its error is the largest of: energy error / 0.05 energy_scale() (in A5
+/// `energy_of_a5`), joint gap / 0.1 size and, in A3, distance of a centre from the exact motion / 0.05 size.
 Trial trial_of(const Loop& loop, double energy_of_a5) {
   return {loop.parameters, [=](Algorithm algorithm) {
             const double size = size_of(loop.scene);
@@ -251,7 +251,7 @@ TEST_P(Loops, HoldAtSixtyHertz) {
 
 INSTANTIATE_TEST_SUITE_P(Drawn, Loops,
                          testing::Values(Kind{"N four-bar", four_bar, 0.05},
-                                         // A5 gets worse with n.
+                                         // A5 exceeds 0.05, and more with n.
                                          Kind{"spatial four-bar", spatial_four_bar, 0.15},
                                          Kind{"governor", governor, 0.05}),
                          [](const auto& kind) {

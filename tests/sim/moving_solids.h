@@ -225,18 +225,18 @@ inline double height_above(const Vector3& normal, const Solid& solid, const Pose
 
 struct Start {
   Pose pose;
-  Vector3 velocity = Vector3::Zero();
-  Vector3 spin = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();  ///< m/s
+  Vector3 spin = Vector3::Zero();      ///< rad/s
 
-  /// Returns the pose at a time of a body without forces whose moments are equal.
+  /// Returns the pose after `time` s of free motion of a body with equal principal moments.
   Pose at(double time) const {
     return {pose.position + time * velocity, rotation_quaternion(time * spin) * pose.orientation};
   }
 };
 
 struct Substance {
-  double mass = 1;
-  Vector3 moments = Vector3::Constant(1);  ///< principal
+  double mass = 1;                         ///< kg
+  Vector3 moments = Vector3::Constant(1);  ///< principal, kg m²
   double restitution = 0;
   double friction = 0;
 };

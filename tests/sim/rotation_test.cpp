@@ -1,5 +1,5 @@
-// Rotations, and free rotation at default settings and 1/60 s, drawn from a seed: energy, angular momentum
-// and, of symmetric tops, the exact motion, over 10 s. Each check prints a row of a table.
+// Rotations; free rotation at default settings, drawn from a seed: energy, angular momentum and, of symmetric
+// tops, the exact motion over 10 s, each with a row of a table; and the flip of a body at plainest settings.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ TEST(SineCosine, EqualsLibraryToTheLastDigit) {
     const auto [sine, cosine] = sine_cosine(angle);
     largest = std::max({largest, std::abs(sine - std::sin(angle)), std::abs(cosine - std::cos(angle))});
   }
-  EXPECT_LT(largest, 2.3e-16);  // measured 1.1e-16: half a unit in the last place below 1
+  EXPECT_LT(largest, 2.3e-16);  // measured 1.1e-16: one unit in the last place of [0.5, 1)
 }
 
 TEST(SineCosine, ReducesLargeArguments) {
@@ -78,7 +78,7 @@ TEST(MeanOfFreeRotation, KeepsVelocityAboutAxis) {
 }
 
 TEST(MeanOfFreeRotation, CountsWholeTurns) {
-  // Turn the body about its axis with a wobble, by 16.7 rad in a step
+  // The body turns about its axis with a wobble, by 16.7 rad in a step.
   const Vector3 velocity(1, 0.5, 1000);
   const Vector3 mean = mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60);
   EXPECT_NEAR(mean.norm(), 1000, 1);
@@ -87,7 +87,7 @@ TEST(MeanOfFreeRotation, CountsWholeTurns) {
 using test::Random;
 using test::Trial;
 
-/// Returns principal moments that a solid can have, each in [0.1, 1] of a scale, kg m².
+/// Returns principal moments of a solid, kg m²: two in [0.1, 1] of a scale, the third from 0.1 to their sum.
 Vector3 moments(Random& random) {
   const double scale = random.spread(1e-3, 1e3);
   const double first = random.between(0.1, 1);

@@ -3,14 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
 
-constexpr Algorithm sub_stepped[] = {Algorithm::a3, Algorithm::a4, Algorithm::a5};
 const Quaternion tilt = rotation_quaternion({0.4, -0.7, 0.3});
 
 /// Returns a body of `mass` on a joint with the world at its centre, in general orientations, without limits
@@ -41,7 +39,7 @@ void drive_free_axis(Scene& scene, const JointDrive& drive) {
 /// Calls `use` for A3 to A5 with several τ, κ and n.
 template <class Use>
 void with_all_settings(Use use) {
-  for (const Algorithm algorithm : sub_stepped) {
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     for (const int n : {1, 4, 7, 16}) {
       for (const double tau : {0.3, 0.6, 1.0}) {
         for (const double kappa : {0.8, 1.0}) use(test::sub_stepped(algorithm, n, tau, kappa));

@@ -81,7 +81,7 @@ TEST(Engines, ConvergeToReference) {
       };
       const double coarse = error_at(16);
       EXPECT_LT(coarse, 0.012);  // measured at most 0.0092: reduced coordinates on the rod chain
-      // Measured at most 0.52; Runge-Kutta 0.06 and 0.25; of order 8 it is rounding.
+      // Ratio of the errors: at most 0.52, Runge-Kutta 0.06 and 0.25; order 8 has only rounding errors.
       EXPECT_LT(error_at(32), std::max(0.6 * coarse, 1e-13));
     }
   }
@@ -132,8 +132,8 @@ constexpr bool has_node_engines = true;
 constexpr bool has_node_engines = false;
 #endif
 
-/// Other projects' engines that simulate falls and contacts, each in the form that films show; those on npm
-/// where the build was configured with them. Fails the test where the build lacks one.
+/// Returns other projects' engines that simulate falls and contacts, npm's where CMake found them. Fails the
+/// test where the build lacks one.
 std::vector<Engine> other_engines() {
   std::vector<Engine> result;
   for (const char* name :
@@ -161,13 +161,12 @@ TEST(OtherEngines, FallBySemiImplicitStep) {
     const State start = stepper->state();
     ASSERT_TRUE(stepper->step());
     const State& state = stepper->state();
-    // Rapier takes the step in its iterations' parts. Rapier and Jolt have single precision:
-    // measured at most 2.4e-6 m.
-    const double parts = engine.name == "rapier" ? 20 : 1;
+    // Rapier divides the step by its iterations. Rapier and Jolt have single precision: at most 2.4e-6 m.
+    const double parts = engine.name == "rapier" ? settings_at(h).iterations : 1;
     const Vector3 velocity = start.v[1].linear + h * scene.gravity;
-    const Vector3 way = h * start.v[1].linear + h * h * (parts + 1) / (2 * parts) * scene.gravity;
+    const Vector3 displacement = h * start.v[1].linear + h * h * (parts + 1) / (2 * parts) * scene.gravity;
     EXPECT_NEAR((state.v[1].linear - velocity).norm(), 0, 1e-6);
-    EXPECT_NEAR((state.q[1].linear - start.q[1].linear - way).norm(), 0, 5e-6);
+    EXPECT_NEAR((state.q[1].linear - start.q[1].linear - displacement).norm(), 0, 5e-6);
     EXPECT_NEAR((state.v[1].angular - start.v[1].angular).norm(), 0, 1e-5);
     const Quaternion turn = state.q[1].angular * start.q[1].angular.conjugate();
     EXPECT_NEAR((rotation_vector(turn) - h * start.v[1].angular).norm(), 0, 1e-5);
@@ -191,7 +190,7 @@ TEST(OtherEngines, BlockSlidesDownSlope) {
   }
 }
 
-TEST(OtherEngines, RunScenesOrSayWhy) {
+TEST(OtherEngines, RunOrRefuseScenes) {
   for (const std::string name :
        {"box_stack", "box_pyramid", "heavy_chain", "card_house", "dominoes", "ragdoll"}) {
     Scene scene = scene_named(name);
@@ -205,6 +204,7 @@ TEST(OtherEngines, RunScenesOrSayWhy) {
 }
 
 TEST(MuJoCo, ClosesLoops) {
+  EXPECT_EQ(std::ranges::count(engines(), "mujoco-euler", &Engine::name), 1);
   for (const Engine& engine : engines()) {
     if (engine.name.starts_with("mujoco-")) expect_joints_hold(engine, "four_bar");
   }
@@ -246,7 +246,7 @@ TEST(NodeEngines, HoldJoints) {
   }
 }
 
-TEST(NodeEngines, SayWhatTheyLack) {
+TEST(NodeEngines, ReportMissingFeatures) {
   for (const Engine& engine : other_engines()) {
     if (!engine.is_command) continue;
     SCOPED_TRACE(engine.label);
@@ -257,7 +257,8 @@ TEST(NodeEngines, SayWhatTheyLack) {
   }
 }
 #else
-TEST(NodeEngines, SayWhatInstallsThem) {
+TEST(NodeEngines, NameInstallCommand) {
+  EXPECT_TRUE(std::ranges::any_of(engines(), &Engine::is_command));
   for (const Engine& engine : engines()) {
     if (!engine.is_command) continue;
     EXPECT_NE(omitted(engine, short_scene("pendulum")).find("npm ci"), std::string::npos) << engine.label;
@@ -287,13 +288,13 @@ TEST_F(CommandEngine, ReadsPosesOfCommand) {
   EXPECT_EQ(states[1].q[1].linear, Vector3(1, 2.5, 3));
 }
 
-TEST_F(CommandEngine, GivesSceneAndSettings) {
+TEST_F(CommandEngine, PassesSceneAndSettings) {
   EXPECT_EQ(refusal("grep -q '\"format\": \"substep scene 1\"' \"$1\" && grep -q '\"step\":0.25' \"$2\" && " +
                     table_),
             "");
 }
 
-TEST_F(CommandEngine, SaysHowCommandFailed) {
+TEST_F(CommandEngine, ReportsFailedCommand) {
   EXPECT_EQ(refusal("echo one >&2; echo two >&2; exit 7"), "sh ended with exit code 7: two");
   EXPECT_EQ(refusal("exit 7"), "sh ended with exit code 7");
   EXPECT_EQ(refusal("kill -9 $$"), "sh ended with signal 9");
@@ -307,7 +308,7 @@ TEST_F(CommandEngine, SaysHowCommandFailed) {
   EXPECT_THROW(run_command({"no-such-program", "{poses}"}, scene_, {}), Error);
 }
 
-TEST_F(CommandEngine, FindsFilesBesideFile) {
+TEST_F(CommandEngine, ResolvesFilesInFolder) {
   const test::TemporaryFolder folder;
   const auto script = folder.write("mine.py", "");
   EXPECT_EQ(beside({"python3", "mine.py", "other.py", "{poses}"}, folder.path()),

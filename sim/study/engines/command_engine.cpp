@@ -1,4 +1,3 @@
-#include "sim/loading/json_value.h"
 #include "sim/study/engines/engines.h"
 
 #include <fmt/format.h>
@@ -57,7 +56,7 @@ std::string last_line(std::string text) {
   return text.substr(text.rfind('\n') + 1).substr(0, 300);
 }
 
-/// Runs the program. Throws Error where it fails.
+/// Runs a program. Throws Error where it cannot start, fails or lasts longer than `time_limit` seconds.
 void run_program(const Command& words, double time_limit) {
   const TemporaryFile messages;
   std::optional<ChildProcess> process;
@@ -77,7 +76,7 @@ void run_program(const Command& words, double time_limit) {
   if (*succeeded) return;
   const std::string line = last_line(messages.content());
   const int code = process->exit_code();
-  // Report only the line of a simulator that refuses, with code 3.
+  // Code 3: the simulator refuses the scene, and its line is the whole message.
   if (code == 3 && !line.empty()) throw Error(line);
   throw Error("{} ended with {} {}{}{}", words.front(), code < 0 ? "signal" : "exit code", std::abs(code),
               line.empty() ? "" : ": ", line);
