@@ -19,7 +19,7 @@
 namespace substep {
 namespace {
 
-// Everything below up to prepare_process runs in signal handlers: system calls, and nothing that allocates.
+// Everything below up to handle() runs in signal handlers: system calls, and nothing that allocates.
 
 void say(std::string_view line) noexcept {
   if (::isatty(STDERR_FILENO) != 0) {
@@ -81,6 +81,7 @@ void prepare_process() {
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
   }
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGCHLD, SIG_DFL);  // ignored, it would take away the exit codes of children
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_ended_by_signal, false);
   // An overflowing stack has no room for a handler.
   static std::array<char, 1 << 16> stack;

@@ -89,7 +89,7 @@ ChildProcess::~ChildProcess() {
 }
 
 std::optional<bool> ChildProcess::reap(int flags) {
-  int status = 0;
+  int status = 127 << 8;  // the exit code where nothing can be waited for
   pid_t found = 0;
   while ((found = ::waitpid(process_, &status, flags)) < 0 && errno == EINTR) {
   }

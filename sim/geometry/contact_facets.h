@@ -32,7 +32,7 @@ struct Facets {
   std::vector<Vector3> face_normals;
   std::vector<double> face_offsets;
   std::vector<Arc> arcs;
-  double size = 0;  ///< the diameter of a ball that holds it
+  double size = 0;  ///< the diameter of a ball that holds it, or a triangle's longest side
 
   // Members for a triangle of a mesh, unset for a polytope:
   const TriangleMesh* mesh = nullptr;

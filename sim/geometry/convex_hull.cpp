@@ -1,12 +1,9 @@
-// One file of over 400 lines, since hulls, boxes, prisms and scaled copies share how a polytope is assembled.
-
 #include "sim/geometry/convex_hull.h"
 
 #include <fmt/format.h>
 #include <libqhull_r/qhull_ra.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -24,8 +21,7 @@ namespace {
 
 using Polygons = std::vector<std::vector<std::uint32_t>>;
 
-/// A hull thinner than this fraction of its size is refused: its inertia and its contact normals would be
-/// noise.
+/// Hulls thinner than this fraction of their size are refused: inertia and contact normals would be noise.
 constexpr double smallest_thickness = 1e-6;
 
 /// Fraction of the hull's size within which vertices of one face's facets lie in a plane: a few times the

@@ -1,10 +1,7 @@
 #pragma once
 /// Mass, centre of mass and inertia of solids of uniform density.
 
-#include <array>
-#include <cstdint>
 #include <span>
-#include <vector>
 
 #include "sim/geometry/shape.h"
 

@@ -40,8 +40,7 @@ struct Separation {
   double gap;  ///< m: between the two solids' extents along the normal, so at most their distance; ≤ 0: none
 };
 
-/// Returns the normal along which a and b are farthest apart, to `tolerance` metres; a gap of 0 where their
-/// cores meet.
+/// Returns the normal along which a and b are farthest apart, to `tolerance` m; gap ≤ 0 if their cores meet.
 Separation separation(const ConvexSolid& a, const ConvexSolid& b, double tolerance);
 
 /// A body that moves with a constant spin, and with a velocity that changes in sub-steps: after the time s it

@@ -142,7 +142,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
       if (!is_uniform(scale)) return faceted(shape, scale, faceted_hull, place);
       return Sphere{shape.radius_bottom * scale.x()};
     case ImplicitShape::Kind::box:
-      return box(shape.size.cwiseProduct(scale));
+      return made(place, [&] { return box(shape.size.cwiseProduct(scale)); });
     case ImplicitShape::Kind::capsule:
       return capsule(shape, scale, faceted_hull, place);
     case ImplicitShape::Kind::cylinder:
@@ -153,7 +153,9 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
         });
       }
       place.warn("a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
-      return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
+      return made(place, [&] {
+        return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
+      });
     case ImplicitShape::Kind::mesh:  // a collider has the mesh itself
     case ImplicitShape::Kind::plane:
       break;

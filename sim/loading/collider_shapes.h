@@ -17,7 +17,7 @@ inline constexpr double default_density = 1000;
 
 /// Returns the collision shape of an implicit shape on a node with this scale, whose signs do not count.
 /// `place` is the collider, for messages. A sphere or capsule under a scale that differs along its axes
-/// becomes the hull of points on it, with a warning; `faceted` keeps that hull, unscaled, for the next scale.
+/// becomes the hull of points on it, a capsule with a warning; `faceted` keeps that hull, unscaled.
 /// A finite or two-sided plane becomes a triangle mesh. Throws Error where the scale leaves no volume.
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& faceted,
                      const JsonValue& place);
@@ -40,9 +40,8 @@ inline constexpr double least_filled = 1e-6;
 std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
                                              std::span<const Triangle> triangles);
 
-/// Returns principal_inertia() without rounding: equal moments where they differ by rounding alone, so that
-/// symmetric bodies have no gyroscopic term, and products of inertia of that size as 0, so that axes stay
-/// the shape's.
+/// Returns principal_inertia() without rounding: makes moments equal that differ by rounding alone, so that
+/// symmetric bodies have no gyroscopic term, and products of that size 0, so that axes stay the shape's.
 PrincipalInertia symmetric_principal_inertia(Matrix3 inertia);
 
 }  // namespace substep

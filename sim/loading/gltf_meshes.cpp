@@ -243,7 +243,7 @@ std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const 
   GltfPrimitive read;
   const auto given_mode = primitive.find("mode");
   const std::uint64_t mode = given_mode ? given_mode->integer(mode_fan) : mode_triangles;
-  if (primitive.extension("KHR_draco_mesh_compression") || primitive.extension("EXT_meshopt_compression")) {
+  if (primitive.extension("KHR_draco_mesh_compression")) {
     primitive.fail("is compressed, which is not read; export it without compression");
   }
   const JsonValue attributes = primitive.require("attributes");
@@ -350,7 +350,8 @@ Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimiti
     }
     mesh.positions[i] = linear * primitive.positions[i] + translation;
     if (!mesh.positions[i].allFinite()) node.fail("vertex {} of its skin overflows", i);
-    if (!mesh.normals.empty()) mesh.normals[i] = (linear * primitive.normals[i]).stableNormalized();
+    if (mesh.normals.empty()) continue;
+    mesh.normals[i] = (linear.inverse().transpose() * primitive.normals[i]).stableNormalized();
   }
   if (!std::ranges::all_of(mesh.normals, [](const Vector3& normal) { return normal.squaredNorm() > 0.5; })) {
     mesh.normals.clear();

@@ -296,8 +296,7 @@ std::string answer_of_child(const fs::path& file, const std::string& bytes, cons
   }
   const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (signal == SIGXCPU || signal == SIGKILL || signal == SIGALRM) {
-    throw Error("{}: reading it takes longer than the {} s that its size allows: it is damaged",
-                file.string(), limits.seconds);
+    throw Error(file.string() + ": takes more time or memory to read than its size allows: it is damaged");
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || answer.empty())
     throw Error(file.string() + ": assimp fails to read it: it is damaged");

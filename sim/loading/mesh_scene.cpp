@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim/loading/collider_shapes.h"
+#include "sim/loading/file_bytes.h"
 #include "sim/loading/gltf_meshes.h"
 #include "sim/loading/scene_appearance.h"
 #include "sim/math/fnv1a.h"
@@ -141,7 +142,7 @@ class MeshSceneBuilder {
 
   void add_solid(MeshObject& object) {
     Solid solid;
-    solid.body.name = object.name;
+    solid.body.name = names_.add(object.name);
     solid.first_mesh = static_cast<int>(scene_.meshes.size());
     solid.meshes = static_cast<int>(object.meshes.size());
     const std::string where = fmt::format("{}: mesh '{}'", file_, object.name);
@@ -164,17 +165,19 @@ class MeshSceneBuilder {
     SimplifiedHull simplified = simplified_hull(corners, where);
     solid.hull = std::move(simplified.hull);
     if (!simplified.warning.empty()) warn(solid, "{}", simplified.warning);
-    set_mass(solid, enclosed_solid(positions, triangles), where);
+    const double most = simplified.warning.empty() ? 1.001 : 1.1;  // a simplified hull may be smaller
+    set_mass(solid, enclosed_solid(positions, triangles), most, where);
     solids_.push_back(std::move(solid));
   }
 
-  /// Sets mass and principal axes: those of the solid that the triangles enclose, or of the hull.
-  void set_mass(Solid& solid, const std::optional<MassProperties>& exact, const std::string& where) {
+  /// Sets mass and principal axes: those of a solid of at most `most` times the hull's volume, or the hull's.
+  void set_mass(Solid& solid, const std::optional<MassProperties>& exact, double most,
+                const std::string& where) {
     MassProperties properties = mass_properties(solid.hull);
     const double hull_volume = properties.mass;
     if (!exact) {
       warn(solid, "is not closed, so its mass properties are those of its convex hull");
-    } else if (!(exact->mass > least_filled * hull_volume && exact->mass <= 1.001 * hull_volume)) {
+    } else if (!(exact->mass > least_filled * hull_volume && exact->mass <= most * hull_volume)) {
       warn(solid, "cuts through itself, so its mass properties are those of its convex hull");
     } else {
       properties = *exact;
@@ -199,7 +202,7 @@ class MeshSceneBuilder {
   void add_body(const Solid& solid, const Pose& world_from_file, int copy) {
     const int index = static_cast<int>(scene_.bodies.size());
     Body& body = scene_.bodies.emplace_back(solid.body);
-    if (copy > 0) body.name += fmt::format(" copy {}", copy + 1);
+    if (copy > 0) body.name = names_.add(fmt::format("{} copy {}", body.name, copy + 1));
     body.pose = world_from_file * solid.file_from_body;
     body.pose.orientation.normalize();
     Collider& collider = scene_.colliders.emplace_back();
@@ -219,6 +222,7 @@ class MeshSceneBuilder {
   std::string file_;
   MeshOptions options_;
   std::vector<Solid> solids_;
+  UniqueNames names_;
 };
 
 Mesh placed(Mesh mesh, const NodeTransform& world) {
@@ -250,6 +254,7 @@ std::vector<Mesh> placed_meshes(const GltfDocument& document, const GltfNode& no
     } else if (std::fabs(node.world.linear.determinant()) > 0) {
       meshes.push_back(placed(primitive, node.world));
     } else {
+      place.warn("is left out: it is flat or scaled to nothing");
       continue;
     }
     Mesh& added = meshes.back();

@@ -233,7 +233,7 @@ class ExpectationReader {
     // In a run that is cut short a maximum may not have come yet, and no one can say which.
     if (std::isfinite(e.to)) e.needs = e.to;
     if (e.reading == Reading::peak) e.needs = scene_.duration;
-    if (e.reading == Reading::crossing) e.needs = std::min(e.value + e.tolerance, scene_.duration);
+    if (is_time(e.reading)) e.needs = std::min(e.value + e.tolerance, scene_.duration);
   }
 
   const Scene& scene_;

@@ -286,7 +286,7 @@ void write_file(const fs::path& file, std::string_view content) {
 
 std::optional<std::string> content_of(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
+  if (!stream || fs::is_directory(file)) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 

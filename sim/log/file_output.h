@@ -83,8 +83,7 @@ void write_file(const std::filesystem::path& file, std::string_view content);
 /// Returns the file's bytes; nothing where it cannot be read.
 std::optional<std::string> content_of(const std::filesystem::path& file);
 
-/// Throws Error if the folder of `file` is missing or `file` is a folder, so that commands fail before their
-/// work.
+/// Throws Error if the folder of `file` is missing or `file` is a folder; commands call it before they work.
 void require_folder_of(const std::filesystem::path& file);
 
 /// A file given to a command, and its role: "--output", or "the scene".

@@ -23,8 +23,8 @@
 /// `end unsolved 17 steps 2`: all frames are there, 2 steps were not solved, the first of them is 17.
 ///
 /// In names, a control character or a backslash is written as \x and two hexadecimal digits.
-/// A log without its `end` line is truncated, and reading it is an error; so is anything else that a writer
-/// would not have written: another version, a number that is not finite, a missing or surplus pose.
+/// A log without its `end` line is truncated, and reading it is an error; so are another version, a number
+/// that is not finite, and a missing or surplus pose. The text after the step of `end` is not checked.
 
 #include <cstdint>
 #include <filesystem>

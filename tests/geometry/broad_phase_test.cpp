@@ -79,7 +79,7 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
   }
 }
 
-TEST(BroadPhase, SweepsOnlyMovedBoxes) {
+TEST(BroadPhase, SweepsOnlyWhenABoxLeaves) {
   std::mt19937 random(5);
   BroadPhase broad_phase;
   Pairs pairs;

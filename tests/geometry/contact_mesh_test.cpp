@@ -5,13 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "sim/error.h"
 #include "sim/geometry/contact.h"
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_shapes.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/math/rotation.h"
-#include "tests/error_message.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {

@@ -32,6 +32,7 @@ TEST_F(FileOutput, WritesAndReplaces) {
   write_file(file, "old");
   write_file(file, std::string_view("new\0text", 8));
   EXPECT_EQ(content_of(file), std::string("new\0text", 8));
+  EXPECT_EQ(content_of(folder_), std::nullopt);
   EXPECT_EQ(file_count(), 1);
 }
 

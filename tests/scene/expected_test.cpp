@@ -52,6 +52,7 @@ TEST(Expected, StaysReadsItsLevel) {
     {"quantity": "contact_impulse", "direction": [0, 2, 0], "at": 1, "value": 1, "tolerance": 0.1, "source": "s"}])"));
   EXPECT_EQ(scene.expected[0].reading, Reading::stays);
   EXPECT_EQ(scene.expected[0].level, 0.25);
+  EXPECT_EQ(scene.expected[0].needs, scene.duration);
   EXPECT_STREQ(unit_of(scene.expected[0]), "s");
   EXPECT_EQ(scene.expected[0].name, "joint gap stays on its side of 0.25");
   EXPECT_TRUE(scene.expected[1].bodies.empty());

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -144,7 +143,6 @@ Json with_shapes(const char* shape, int count, bool scaled) {
   Json document = one_body("{}", shape);
   const Json node = document["nodes"][0];
   document.erase("scenes");
-  document.erase("scene");
   for (int i = 1; i < count; ++i) {
     Json copy = node;
     copy["name"] = std::to_string(i);
