@@ -96,6 +96,8 @@ class PublishedReader : private TomlValues {
           result.runs, [&](const PublishedRun& earlier) { return earlier.name == run.against; });
       if (!is_known) fail(*node, fmt::format("'against' names no earlier run of '{}'", result.name));
       run.at_least = positive(required(table, "at_least"), "at_least");
+    } else if (const auto* alone = table.get("at_least")) {
+      fail(*alone, "'at_least' needs 'against'");
     }
     for (const auto& [key, value] : {std::pair("time", &run.time), std::pair("quick", &run.quick),
                                      std::pair("forget_patches", &run.forget_patches)}) {
@@ -150,13 +152,12 @@ void perform(Job& job, const std::stop_token& stop) {
   Scene scene = *job.scene;
   if (run.duration) shorten(scene, *run.duration);
   Settings settings = usual_settings(scene, job.algorithm);
-  settings.step *= run.steps;
   run.adjust(settings);
+  settings.step *= run.steps;
   check(settings);
   Simulation simulation(scene, settings);
   ExpectationMeter meter(scene, simulation.state());
   const auto steps = std::llround(scene.duration / settings.step);
-  const double begin = cpu_time();
   bool diverged = false;
   for (std::int64_t step = 1; step <= steps && !diverged && !stop.stop_requested(); ++step) {
     if (run.forget_patches && !simulation.state().patches.empty()) {
@@ -164,15 +165,16 @@ void perform(Job& job, const std::stop_token& stop) {
       state.patches.clear();
       simulation.set_state(state);
     }
+    const double begin = cpu_time();
     diverged = simulation.step().status == StepReport::Status::diverged;
+    job.milliseconds += 1e3 * (cpu_time() - begin);
     if (diverged) break;
     const bool needs_contacts = meter.needs_contacts();
     const auto contacts = needs_contacts ? simulation.contact_impulses() : std::vector<ContactImpulse>{};
     meter.add(simulation.state(), static_cast<double>(step) * settings.step, &contacts);
   }
   job.figures = meter.figures(diverged);
-  job.milliseconds =
-      1e3 * (cpu_time() - begin) / static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
+  job.milliseconds /= static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
 }
 
 /// Returns the figure of an earlier run over the job's, which should be at least `at_least`.
@@ -310,10 +312,11 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
     if (!before || before->result != job.result) measurements.push_back({*job.result, {}});
     std::vector<PublishedFigure>& figures = measurements.back().figures;
     if (!before || before->run != job.run || before->scene != job.scene) first = figures.size();
+    if (job.figures.empty() && !job.run->time)
+      throw Error("{}: run '{}' measures nothing of {}", job.result->name, job.run->name, job.scene->name);
     add_figures(job, first, figures);
     before = &job;
   }
-  std::erase_if(measurements, [](const PublishedMeasurement& m) { return m.figures.empty(); });
   std::ranges::stable_sort(measurements, {}, [](const PublishedMeasurement& m) { return m.is_met(); });
   return measurements;
 }

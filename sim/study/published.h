@@ -82,7 +82,7 @@ struct PublishedOptions {
 };
 
 /// Runs the scenes of the results, and leaves out results that have no run by `options`. Throws Error where a
-/// scene cannot be used.
+/// scene cannot be used or a run measures nothing.
 std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedResult>& results,
                                                     const PublishedOptions& options);
 

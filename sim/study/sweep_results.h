@@ -30,8 +30,7 @@ std::string error_or_gap_title(const std::vector<SweepRecord>& records);
 /// (below `smallest_plotted_error`).
 bool exceeds_uncertainty(const SweepRecord& record);
 
-/// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of an
-/// engine.
+/// Runs that differ in one setting alone: the step of A1 or an engine, A2's step or m, A3 to A5's sub-steps.
 struct RunFamily {
   std::string title;  ///< "A3 plain", "A2 m=16"
   std::vector<SweepRecord> runs;
@@ -60,8 +59,7 @@ bool has_joints(const std::vector<SweepRecord>& records);
 /// any m: the row solves of A3 with n sub-steps are those of A2 with m = n.
 std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
 
-/// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11, where only rounding is
-/// left.
+/// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
 std::string percent(double share);
 
 /// Smallest error in plots: smaller ones are drawn here.
@@ -80,18 +78,17 @@ double time_or_rows(const SweepRecord& record);
 /// Returns the cheapest of our runs that is good enough; nothing if none is. A good run stays bounded
 /// with an RMS error of at most `tolerance` (of the scene's size), its joints and contacts stay closed to
 /// `tolerance`, its change of energy is within ten times `tolerance` of the most accurate run's, and no
-/// finer run of the same algorithm and settings is unbounded.
-/// `records`: of one scene.
+/// finer run of the same algorithm and settings is unbounded. `records`: of one scene.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
-/// Returns the runs that no other one beats in both error and cost, the cheapest first.
+/// Returns the bounded runs that err by a fifth less than every cheaper one, the cheapest first.
 std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
 
 /// Returns the CPU time of a simulated second, s; NaN where there are no times.
 double cpu_time_of(const SweepRecord& record);
 
-/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that fail although
-/// coarser ones do not.
+/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that look good
+/// as long as the reference lasts, and are not.
 std::string advice(const std::vector<SweepRecord>& records);
 
 /// Returns the order of the error in h/n: the least-squares slope of a family's finest four runs whose error

@@ -119,7 +119,9 @@ Verdict judge(const BenchmarkScene& scene, Stepper& engine) {
   if (scene.judge == BenchmarkScene::Judge::none) return {true, 0};
   const bool trajectory = scene.judge == BenchmarkScene::Judge::trajectory;
   const int steps = trajectory ? static_cast<int>(std::lround(1 / scene.step)) : scene.steps;
-  for (int i = 0; i < steps; ++i) engine.step();
+  for (int i = 0; i < steps; ++i) {
+    if (!engine.step()) return {false, infinity};
+  }
   double error = 0;
   const int bodies = static_cast<int>(scene.scene.bodies.size());
   for (int i = 1; i < bodies; ++i) {

@@ -10,9 +10,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include "render/report/plot.h"
+#include "sim/log/file_output.h"
 #include "sim/measure/invariants.h"
 #include "sim/study/engines/engines.h"
 #include "tests/benchmark/benchmark_scenes.h"
@@ -190,9 +190,8 @@ int main_of(const std::vector<std::string>& arguments) {
     return 2;
   }
   fmt::print("{}\n{}", all_runs(results), table(results));
-  if (!figure_file.empty()) {
-    std::ofstream(figure_file) << report::draw(figure(results, all), report::PictureFormat::svg);
-  }
+  if (!figure_file.empty())
+    write_file(figure_file, report::draw(figure(results, all), report::PictureFormat::svg));
   return 0;
 }
 

@@ -52,12 +52,11 @@ TEST_F(PublishedFile, JudgesByExpectationsOfScenes) {
   EXPECT_TRUE(all[0].figures[4].measured.at(Algorithm::a2).is_bad());  // a ratio near 1
   EXPECT_EQ(all[0].figures[4].run, "few over gain");
 
-  PublishedOptions quick;
-  quick.quick = true;
-  EXPECT_EQ(measure_published(results, quick).at(0).figures.size(), 2u);
-  PublishedOptions other;
-  other.only = "P4";
-  EXPECT_TRUE(measure_published(results, other).empty());
+  PublishedOptions options;
+  options.quick = true;
+  EXPECT_EQ(measure_published(results, options).at(0).figures.size(), 2u);
+  options.only = "P4";
+  EXPECT_TRUE(measure_published(results, options).empty());
 }
 
 TEST_F(PublishedFile, FailsIfJudgedAlgorithmMisses) {
@@ -81,8 +80,11 @@ TEST_F(PublishedFile, RefusesMistakesByLine) {
         {run("algorithms = ['a1'], judged = ['a5']"), "names A5, which is not run"},
         {run("settings = { tao = 1 }"), "p.toml:6: there is no setting 'tao'"},
         {run("against = 'b', at_least = 1"), "names no earlier run"},
+        {run("at_least = 2"), "p.toml:6: 'at_least' needs 'against'"},
         {run("durations = 1"), "unknown key 'durations'"}})
     EXPECT_THAT(test::message_of([&, mistaken = text] { read(mistaken); }), HasSubstr(part));
+  const auto too_short = read(run("duration = 0.0005"));
+  EXPECT_THAT(test::message_of([&] { measure_published(too_short, {}); }), HasSubstr("measures nothing"));
 }
 
 // The quick subset of the tree's own results, with what must stay met.

@@ -6,7 +6,6 @@
 
 #include <string>
 
-#include "sim/error.h"
 #include "sim/model/settings_fields.h"
 #include "sim/model/usual_settings.h"
 #include "tests/error_message.h"

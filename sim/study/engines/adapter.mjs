@@ -64,10 +64,10 @@ function shared_joint(joint, bodies) {
     if (limit.stiffness !== null) refuse('has a spring');
     if (limit.min === 0 && limit.max === 0) {
       locked[limit.type] += limit.axes;
-    } else if (limit.type === 'angular' && limit.axes.length === 1) {
+    } else if (limit.type === 'angular' && limit.axes.length === 1 && !range) {
       range = limit;
     } else {
-      refuse(limit.type === 'angular' ? 'limits a cone' : 'has a slide');
+      refuse(limit.type === 'angular' ? 'limits a cone, or an axis twice' : 'has a slide');
     }
   }
   const free = [...'xyz'].filter((axis) => !locked.angular.includes(axis));

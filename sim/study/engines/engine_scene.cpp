@@ -116,8 +116,8 @@ EngineScene engine_scene(const Scene& scene, bool has_filters_and_motion) {
   result.has_contacts = build_model(scene).contacts;
   if (!result.has_contacts) return result;
   for (const Joint& joint : scene.joints) {
-    if (joint.enable_collision && !has_filters_and_motion)
-      throw Error("joint {} lets its bodies collide", joint.name);
+    if (!has_filters_and_motion && (joint.enable_collision || !joint.silent_colliders.empty()))
+      throw Error("joint {} lets its bodies collide, or silences the world's colliders", joint.name);
   }
   const ContactMaterial& first = scene.colliders.front().material;
   for (const Collider& collider : scene.colliders) {

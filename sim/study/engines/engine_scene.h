@@ -47,8 +47,7 @@ using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared
                                    const std::string& solver);
 
 /// Makes a stepper that the caller owns. Each module has this function, which is found by its name, so that
-/// it has C linkage and returns no unique_ptr. Throws Error where the engine cannot do the scene. The solvers
-/// are
+/// it has C linkage and returns no unique_ptr. Throws Error where the engine cannot do the scene. Solvers are
 /// - of ODE: "step", the direct one (Dantzig), or "QuickStep", projected successive over-relaxation;
 /// - of Bullet: "SI", sequential impulses with warm starting and split impulse as shipped, or "Dantzig";
 /// - of MuJoCo, in reduced coordinates with soft contacts, an integrator: "Euler" or "RK4".

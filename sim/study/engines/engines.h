@@ -25,7 +25,7 @@ struct Engine {
   /// represent the scene, which is then listed as omitted. May be called from several threads at once.
   MakeStepper make;
   bool has_iterations = false;  ///< whether it reads Settings::iterations
-  /// True where the engine runs in another program as WebAssembly, so that its times cannot be compared.
+  /// True where the engine runs in another program, so that its times cannot be compared.
   bool is_command = false;
 };
 
@@ -36,8 +36,7 @@ const std::vector<Engine>& engines();
 const Engine* find_engine(std::string_view name);
 
 /// A program and its arguments, in which {scene}, {settings} and {poses} stand for files: the scene as `info
-/// --json` prints it; {"step", "duration", "iterations", "substeps"}; and the pose table
-/// that the program writes.
+/// --json` prints it; {"step", "duration", "iterations", "substeps"}; and the pose table that it writes.
 using Command = std::vector<std::string>;
 
 /// Returns the command with arguments that name a file in `folder` as that file.
@@ -47,9 +46,8 @@ Command beside(Command command, const std::filesystem::path& folder);
 Engine command_engine(const Command& command);
 
 /// Runs the command on a scene for its duration and returns the states at each step. The table is read only
-/// where the program ends with exit code 0. Throws Error with the exit code and the last line
-/// that the program wrote to standard error, or after `time_limit` seconds, or with what is wrong in the
-/// table.
+/// where the program ends with exit code 0. Throws Error with the exit code and the last line of standard
+/// error (exit code 3: the line alone), or after `time_limit` seconds, or with what is wrong in the table.
 std::vector<State> run_command(const Command& command, const Scene& scene, const Settings& settings,
                                double time_limit = 120);
 

@@ -151,7 +151,6 @@ await simulate((scene, settings) => {
     index_of.set(made.GetID().GetIndex(), index);
     return made;
   });
-  const centre = body_of(system.GetBodyInterface(), { body: scene.bodies[0], colliders: [] }, filter, units.length, false);
   for (const joint of scene.joints) system.AddConstraint(constraint_of(joint, bodies));
   system.SetContactListener(listener_of(units, index_of));
   return {

@@ -59,9 +59,9 @@ class Model {
     const closing = this.closing.map((joint) => this.equality(joint));
     this.add_pairs();
     this.text = `<mujoco><compiler angle="radian" inertiafromgeom="false" boundmass="0" boundinertia="0"/>
-      <option timestep="${settings.step}" gravity="${words(scene.gravity)}"/><size memory="256M"/>
+      <option timestep="${settings.step}" gravity="${words(scene.gravity)}"><flag filterparent="disable"/></option>
       <asset>${this.assets.join('')}</asset><worldbody>${fixed.join('')}${moving.join('')}</worldbody>
-      <equality>${closing.join('')}</equality><contact>${this.contact.join('')}</contact></mujoco>`;
+      <equality>${closing.join('')}</equality><contact>${this.contact.join('')}</contact><size memory="256M"/></mujoco>`;
   }
 
   collider(c, name) {

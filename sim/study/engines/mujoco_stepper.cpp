@@ -149,14 +149,18 @@ class MujocoText {
     text_ += "</body>";
   }
 
-  /// Adds a joint that closes a loop, as equality constraints. A hinge is two points of its axis.
+  /// Adds a joint that closes a loop, as equality constraints (a hinge: two points), without contacts.
   void close(const EngineJoint& joint) {
-    const std::string other = joint.b == world_body ? "" : fmt::format(" body2=\"b{}\"", joint.b);
+    std::string names = fmt::format("body1=\"b{}\"", joint.a);
+    if (joint.b != world_body) {
+      names += fmt::format(" body2=\"b{}\"", joint.b);
+      text_ += fmt::format("</equality><contact><exclude {}/></contact><equality>", names);
+    }
     const auto connect = [&](const Vector3& anchor) {
-      text_ += fmt::format("<connect body1=\"b{}\"{} anchor=\"{}\"/>", joint.a, other, numbers(anchor));
+      text_ += fmt::format("<connect {} anchor=\"{}\"/>", names, numbers(anchor));
     };
     if (joint.kind == EngineJoint::Kind::fixed) {
-      text_ += fmt::format("<weld body1=\"b{}\"{}/>", joint.a, other);
+      text_ += fmt::format("<weld {}/>", names);
       return;
     }
     connect(joint.anchor_a);

@@ -43,6 +43,8 @@ function body_of(world, body) {
 
 await RAPIER.init();
 await simulate((scene, settings) => {
+  const unequal = scene.bodies.some((body) => body.kind === 'dynamic' && new Set(body.inertia).size > 1);
+  if (unequal && !scene.gyroscopic) throw new Refusal("Rapier's gyroscopic term cannot be left out");
   const rules = { average: RAPIER.CoefficientCombineRule.Average, minimum: RAPIER.CoefficientCombineRule.Min,
     maximum: RAPIER.CoefficientCombineRule.Max, multiply: RAPIER.CoefficientCombineRule.Multiply };
   const world = new RAPIER.World(vector(scene.gravity));
