@@ -21,8 +21,7 @@ constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Alg
 /// Numbers of sub-steps of the runs whose fastest turns are measured.
 constexpr std::array turn_substeps{4, 16, 64};
 
-/// Returns the fastest rotation (rad/s) in 2 s of A3 with single rows, τ = 1, m = 1, for each number of
-/// sub-steps.
+/// Returns the fastest rotation (rad/s) in 2 s of A3 with single rows, τ = m = 1, for each of turn_substeps.
 std::vector<double> fastest_turns(const Scene& scene, double kappa) {
   std::vector<double> turns;
   for (const int n : turn_substeps) {
@@ -30,7 +29,8 @@ std::vector<double> fastest_turns(const Scene& scene, double kappa) {
     settings.kappa = kappa;
     Simulation simulation(scene, settings);
     double fastest = 0;
-    for (int i = 0; i < 120 && simulation.step().status != StepReport::Status::diverged; ++i) {
+    for (int i = 0; i < 120; ++i) {
+      if (simulation.step().status == StepReport::Status::diverged) fastest = infinity;
       for (const Velocity& v : simulation.state().v) fastest = std::max(fastest, v.angular.norm());
     }
     turns.push_back(fastest);

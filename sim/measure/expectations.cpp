@@ -144,7 +144,8 @@ class Reader {
   /// `start`: the value at time 0.
   Reader(const Expectation& expectation, double start)
       : e_(expectation), last_(start), side_(side_of(start)), lowest_(start), highest_(start) {
-    if (e_.reading == Reading::at || e_.reading == Reading::throughout) add(0, start);
+    const bool starts = e_.reading == Reading::throughout && !is_of_contacts(e_.quantity);
+    if (e_.reading == Reading::at || starts) add(0, start);
   }
 
   void add(double time, double value) {
@@ -204,6 +205,7 @@ class Reader {
   int side_of(double value) const { return (value > e_.level) - (value < e_.level); }
 
   void add_crossing(double time, double value) {
+    if (value == infinity) return finish(infinity);  // the contacts are not known
     const int side = side_of(value);
     if (side == 0) return;
     if (side_ != 0 && side != side_ && ++count_ == e_.count) {

@@ -1,6 +1,5 @@
 #pragma once
-/// Compares a run with the known figures of its scene. The figures hold for the whole duration, also after
-/// the reference's horizon.
+/// Compares a run with its scene's known figures, which hold also after the reference's horizon.
 
 #include <string>
 #include <vector>
@@ -36,8 +35,7 @@ class ExpectationMeter {
   /// Returns true where add() needs the contacts of each step.
   bool needs_contacts() const;
 
-  /// Adds the state after a step, at `time` in s, and the step's contacts where they are known. Times must
-  /// increase.
+  /// Adds the state after a step, at a later `time` in s, and the step's contacts where they are known.
   void add(const State& state, double time, const std::vector<ContactImpulse>* contacts = nullptr);
 
   /// Returns the figures in the scene's order. `diverged`: the run ended early.

@@ -80,12 +80,11 @@ MotionDifference difference_to_horizon(const Scene& scene, const Motion& a, cons
   return difference(scene, thinned(a, interval), thinned(b, interval), horizon);
 }
 
-Motion motion_of(const Scene& scene, const Settings& settings, const ReferenceMotion& reference) {
-  const Sampling sampling(settings.step, reference.motion.interval);
+Motion motion_of(const Scene& scene, const Settings& settings, double interval, double horizon) {
+  const Sampling sampling(settings.step, interval);
   const auto stepper = algorithm_stepper(scene, settings);
-  Motion motion{reference.motion.interval * sampling.samples_between(), {stepper->state()}};
-  continue_motion(*stepper, sampling.steps_between(), std::lround(reference.horizon / motion.interval),
-                  motion);
+  Motion motion{interval, {stepper->state()}};
+  continue_motion(*stepper, sampling.steps_between(), std::lround(horizon / interval), motion);
   return motion;
 }
 
@@ -95,13 +94,13 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
     return difference_to_horizon(scene, a, b, reference).position.rms;
   };
   if (settings.algorithm == Algorithm::a1) return {distance(motion, reference.motion), {}, {}};
-  const Motion direct = motion_of(scene, exact(settings), reference);
+  const Motion direct = motion_of(scene, exact(settings), motion.interval, reference.horizon);
   const double stepping = distance(direct, reference.motion);
   if (settings.algorithm <= Algorithm::a3 || !is_of_report(settings.algorithm))
     return {stepping, distance(motion, direct), {}};
   Settings conceptual = settings;
   conceptual.algorithm = Algorithm::a3;
-  const Motion a3 = motion_of(scene, conceptual, reference);
+  const Motion a3 = motion_of(scene, conceptual, motion.interval, reference.horizon);
   return {stepping, distance(a3, direct), distance(motion, a3)};
 }
 

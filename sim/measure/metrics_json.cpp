@@ -101,11 +101,11 @@ void read(const Json& list, std::vector<ExpectedFigure>& expected) {
     ExpectedFigure& x = expected.emplace_back();
     json.at("name").get_to(x.name);
     json.at("unit").get_to(x.unit);
-    for (const auto& [bound, key] : bound_keys) {
-      if (!json.contains(key)) continue;
-      x.bound = bound;
-      json.at(key).get_to(x.expected);
-    }
+    const auto* const found =
+        std::ranges::find_if(bound_keys, [&](const auto& pair) { return json.contains(pair.second); });
+    const auto& [bound, key] = found == bound_keys.end() ? bound_keys.front() : *found;
+    x.bound = bound;
+    json.at(key).get_to(x.expected);
     json.at("tolerance").get_to(x.tolerance);
     read(json.at("measured"), x.measured);
   }

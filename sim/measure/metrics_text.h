@@ -34,9 +34,8 @@ std::string reference_text(const ReferenceMotion& reference, bool names_method =
 /// Returns "A5  n=10 m=1 stable  h=1/60", or the author.
 std::string label(const MeasuredSettings& run);
 
-/// Returns the reference, the settings, a table of at most seven columns with a row for each run, and one
-/// with the known figures that a run misses, at most four. `all` returns every metric instead, in wider
-/// tables.
+/// Returns the reference, the settings, a table of at most seven columns with a row for each run, and of up
+/// to five runs at most four missed known figures. `all` returns every metric instead, in wider tables.
 std::string to_text(const SceneMeasurement& measurement, bool all, bool as_markdown);
 /// Returns the first table of the short form alone, rows named by their settings. Times have ~: they differ
 /// from run to run.

@@ -163,6 +163,7 @@ int finest_level(const Scene& scene, double duration) {
 ReferenceMotion smooth_reference(const Scene& scene, double duration, std::string& why_not) {
   constexpr int order = 12;
   constexpr int usually_finest = 64;
+  constexpr int finest = 1 << 14;                       // also where no rows are solved, or each run diverges
   constexpr std::int64_t most_row_solves = 60'000'000;  // of one run where springs are stiffer than that
   ReferenceMotion reference;
   if (build_model(scene).contacts) return reference;
@@ -170,8 +171,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
   const auto samples = static_cast<std::size_t>(std::lround(duration / scene.step));
   Motion coarse;
   double least = infinity;
-  std::int64_t row_solves = 0;
-  for (int divisions = 2; divisions <= usually_finest || 2 * row_solves <= most_row_solves; divisions *= 2) {
+  for (int divisions = 2; divisions <= finest; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
     try {
       stepper = reference_stepper(scene, scene.step / divisions, order);
@@ -181,7 +181,6 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
     }
     Motion fine{scene.step, {stepper->state()}};
     continue_motion(*stepper, divisions, samples, fine);
-    row_solves = stepper->row_solves();
     const Agreement agreed = agreement_of(scene, coarse, fine, size);
     coarse = std::move(fine);
     if (divisions == 2) continue;
@@ -201,7 +200,8 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
       break;
     }
     if (agreed.samples() == samples && whole < 1e-11 * size) break;
-    if (reference.horizon > 0 && divisions >= usually_finest) break;  // stiff, and agreed
+    const bool is_costly = 2 * stepper->row_solves() > most_row_solves;
+    if (divisions >= usually_finest && (reference.horizon > 0 || is_costly)) break;  // stiff
   }
   if (reference.horizon > duration - scene.step / 2) return reference;
   why_not = reference.horizon > 0 ? fmt::format("its refinements agree until {:g} s only", reference.horizon)

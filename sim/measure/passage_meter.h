@@ -35,8 +35,8 @@ class PassageMeter {
   struct Obstacle {
     std::optional<Polytope> facets;  ///< of a cylinder
     Vector3 middle;                  ///< body frame
-    double inner;                    ///< radius of a ball within, m; infinite for planes and meshes
-    double reach;                    ///< distance of its farthest point from the body's centre of mass, m
+    double inner;  ///< radius of a ball within (of cones: roughly), m; infinite for planes and meshes
+    double reach;  ///< distance of its farthest point from the body's centre of mass, m
   };
   /// The motion of a body in a step.
   struct BodyMotion {

@@ -168,6 +168,7 @@ class ReferenceIntegrator : public Stepper {
     }
     q_ = start_q_;
     v_ = start_v_;
+    store();
     return false;
   }
 

@@ -2,8 +2,7 @@
 /// Müller, "Small Steps in Physics Simulation" (2019), algorithm 1, with the rigid bodies of Müller, Macklin,
 /// Chentanez, Jeschke, Kim, "Detailed Rigid Body Simulation with Extended Position Based Dynamics" (2020).
 ///
-/// Written from these papers, for chains on ball joints that swing in the plane z = 0, to compare A3 with: it
-/// shares nothing with the solver.
+/// For chains on ball joints in the plane z = 0, to compare A3 with. It shares no code with the solver.
 
 #include <algorithm>
 #include <cmath>
@@ -107,11 +106,13 @@ double distance_from_xpbd(const Scene& scene, const Settings& settings, double d
   PlanarXpbd xpbd(scene);
   double most = 0;
   for (int k = 0; k < static_cast<int>(std::lround(duration / settings.step)); ++k) {
-    simulation.step();
+    if (simulation.step().status == StepReport::Status::diverged) return infinity;
     for (int j = 0; j < settings.substeps; ++j)
       xpbd.substep(settings.step / settings.substeps, settings.iterations);
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-      most = std::max(most, (simulation.state().q[i].linear - xpbd.centre(i)).norm());
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const double distance = (simulation.state().q[i].linear - xpbd.centre(i)).norm();
+      if (!(distance <= most)) most = std::isfinite(distance) ? distance : infinity;
+    }
   }
   return most;
 }

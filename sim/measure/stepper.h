@@ -1,7 +1,6 @@
 #pragma once
 /// The interface of simulations that can be measured: a stepper moves the bodies of a scene from step to
-/// step. Our algorithms and other physics engines implement it. The header also declares functions that
-/// measure CPU times of runs and of the stages of their steps.
+/// step. Our algorithms and other physics engines implement it. Functions measure CPU times of its runs.
 
 #include <cstdint>
 #include <functional>
@@ -22,8 +21,7 @@ class Stepper {
   /// Advances by one step h. Returns false, and leaves the state as it was, where it would not stay finite.
   virtual bool step() = 0;
 
-  /// Returns centres of mass, orientations of the body frames and world velocities of all bodies, in the
-  /// scene's order.
+  /// Returns centres of mass, orientations of the body frames and world velocities, in the scene's order.
   virtual const State& state() const = 0;
 
   /// Returns the contacts of the last step; nothing where they are not known.
@@ -33,8 +31,7 @@ class Stepper {
   virtual std::int64_t row_solves() const { return 0; }
 };
 
-/// Makes a stepper at the scene's start, with step `settings.step`. Throws Error when the scene cannot be
-/// represented: the message says why.
+/// Makes a stepper at the scene's start, with step `settings.step`. Throws Error that says why it cannot.
 using MakeStepper = std::function<std::unique_ptr<Stepper>(const Scene& scene, const Settings& settings)>;
 
 /// Makes a stepper that plays given states; step() returns false at the last.

@@ -106,8 +106,8 @@ double substep_radius(const Scene& scene, const Stabilization& by, int iteration
 
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings) {
   constexpr std::size_t most_joints = 20;
-  if (settings.algorithm < Algorithm::a3 || !is_of_report(settings.algorithm)) return std::nullopt;
-  if (scene.joints.empty() || scene.joints.size() > most_joints || !is_rigid(build_model(scene)))
+  if (settings.algorithm < Algorithm::a3 || !is_of_report(settings.algorithm) || settings.warm_start > 0 ||
+      scene.joints.empty() || scene.joints.size() > most_joints || !is_rigid(build_model(scene)))
     return std::nullopt;
   return substep_radius(scene, {settings.tau, settings.kappa}, settings.iterations, settings.joints);
 }

@@ -22,8 +22,8 @@ namespace substep {
 double substep_radius(const Scene& scene, const Stabilization& by, int iterations, Joints joints);
 
 /// Returns the spectral radius for the settings of a run. Returns nothing for algorithms other than A3 to A5,
-/// for scenes without joints or with other rows than those of hard joints, and above 20 joints, since the
-/// radius would take longer than the run.
+/// with a warm start, for scenes without joints or with other rows than those of hard joints, and above 20
+/// joints, since the radius would take longer than the run.
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
 
 /// Spectral radius above which, by more than rounding, gaps and velocities grow from sub-step to sub-step.
@@ -32,8 +32,7 @@ inline constexpr double growing_radius = 1 + 1e-6;
 /// Returns the scene with rods in place of springs: soft limits become hard.
 Scene without_springs(Scene scene);
 
-/// Returns `count` copies of the scene at rest, posed as at the times 0, `interval`, 2 `interval` … (s) of a
-/// run of A1 at small steps.
+/// Returns `count` copies of the scene at rest, posed as at 0, `interval`, … s of A1 at small steps.
 std::vector<Scene> positions_of(const Scene& scene, int count, double interval);
 
 /// A system of rows, and the positions at which it is measured.
@@ -47,8 +46,7 @@ inline constexpr double lower_kappa = 0.7;
 
 inline constexpr std::string_view coupled_governor = "governor, rods";  ///< of coupled_rows()
 
-/// Returns systems of scenes in `folder`: one row, a block of three, chains and closed loops. Throws Error
-/// where one cannot be read.
+/// Loads one row, a block of three, chains and closed loops from `folder`. Throws Error where it cannot.
 std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder);
 
 /// Returns the largest spectral radius over the positions, with joints in blocks.

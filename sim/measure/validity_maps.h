@@ -49,8 +49,8 @@ std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& s
                                            int most);
 
 struct StabilityLimit {
-  /// The smallest number that stays bounded, as do its double and its fourfold: of sub-steps n (A3 to A5,
-  /// Soft Step), of iterations (AVBD), or of parts of the scene's step (A1, A2). 0: none up to `most` does.
+  /// The smallest number that stays bounded: of sub-steps n (A3 to A5, Soft Step), of iterations (AVBD), or
+  /// of parts of the scene's step (A1, A2). 0: no power of two up to `most` and its next two do.
   int divisions = 0;
   int most = 0;
   int runs = 0;  ///< made for the search
@@ -89,9 +89,8 @@ struct StiffnessPoint {
 /// Runs a weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.
 std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 
-/// Returns the scene with more copies of its last body, each jointed to the one before like the last, to
-/// measure the cost of a chain's length. Throws Error where the last joint is not between the last two
-/// bodies.
+/// Returns the scene with more copies of its last body, each jointed to the one before like the last. Throws
+/// Error where the last joint is not between the last two bodies.
 Scene lengthened_chain(const Scene& scene, int links);
 
 /// Violations and energy of a run at one time.
@@ -107,14 +106,13 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
 /// Reads a problem's file. Throws Error that names the file, the position and the fault.
 FrozenProblem load_frozen_problem(const std::filesystem::path& file);
 
-/// The residual after a number of sweeps: |λ − clamp(λ − w/Γ)|, see sweep_rows().
+/// The residual after a number of sweeps: ConeError::natural_map.
 struct SweepError {
   int sweeps;
   double error;
 };
 
-/// Returns the errors after 1, 2, 4, … sweeps from zero, until one is at most `tolerance`, or after 4096
-/// sweeps.
+/// Returns the errors after 1, 2, 4, … sweeps from zero, until one is at most `tolerance`; at most 4096.
 std::vector<SweepError> sweep_errors(const FrozenProblem& problem, double tolerance);
 
 }  // namespace substep
