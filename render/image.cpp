@@ -137,7 +137,7 @@ Texels decode_texels(std::string_view bytes, const std::string& name) {
 }
 
 Image read_png(const std::filesystem::path& file) {
-  const auto bytes = std::filesystem::is_directory(file) ? std::nullopt : content_of(file);
+  const auto bytes = content_of(file);
   if (!bytes) throw Error(file.string() + ": cannot be opened");
   return from_png(*bytes, file.string());
 }

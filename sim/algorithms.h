@@ -10,8 +10,8 @@
 /// | a5_havok.cpp       | proc5   | A4 refactored; all Jacobians in β identified with the current one        |
 ///
 /// Each function steps `q` and `v` in place. `problem` holds 𝒞 with J¹, β¹ formulated at q (steps s1 and s2).
-/// In A2 `v` and the rows are in the world frame; in A3, A4 and A5 they are in the bodies' frames (v̆, J̆);
-/// in A1 only the rows are. Cost, in row solves: A2 m, A3–A5 n·m per row; A3 formulates n times, the others
+/// In A1 and A2 `v` is in the world frame; in A3, A4 and A5 in the bodies' frames (v̆). The rows always are
+/// in the bodies' frames (J̆). Cost, in row solves: A2 m, A3–A5 n·m per row; A3 formulates n times, the others
 /// once.
 
 #include <cstdint>

@@ -166,20 +166,22 @@ std::string prepare_approval(CaseContext& context) {
 void clear(const fs::path& folder) {
   std::error_code none;
   for (const auto& file : fs::directory_iterator(folder, none)) {
-    for (const char* const extension : {".png", ".poses", ".track", ".html"}) {
+    for (const char* const extension : {".png", ".poses", ".track", ".html"})
       if (file.path().extension() == extension) fs::remove(file.path());
-    }
   }
 }
 
 /// Reads sidecar, golden log and track. Notes a log or track whose hash differs from the approved one. Throws
-/// Error when a file is damaged.
+/// Error when a file is damaged, or the track is shorter than the log.
 void load_goldens(CaseContext& context) {
   const SuiteCase& entry = context.result.entry;
   context.sidecar = read_sidecar(entry.sidecar);
   context.result.poses.has_golden = fs::exists(entry.pose_file);
   if (context.result.poses.has_golden) context.golden = read_pose_log(entry.pose_file);
   if (fs::exists(entry.track_file)) context.golden_track = read_track(entry.track_file);
+  if (context.golden && context.golden_track &&
+      context.golden_track->frames.size() < context.golden->frames.size())
+    throw Error("{}: has fewer frames than the pose log", entry.track_file.string());
   if (!context.sidecar.is_there) return;
   const auto compare = [&](const fs::path& file, const std::string& approved) {
     if (content_hash(read_bytes(file)) == approved) return;
@@ -216,9 +218,8 @@ void check_poses(CaseContext& context) {
     context.note(fmt::format("poses differ from frame {} on, within the case's pose tolerance",
                              poses.motion.first.frame));
   }
-  if (poses.motion.judgement == PoseJudgement::exact && !poses.difference.headers.empty()) {
+  if (poses.motion.judgement == PoseJudgement::exact && !poses.difference.headers.empty())
     context.note("same states, but the pose log's header differs: " + one_line(poses.difference.headers));
-  }
 }
 
 }  // namespace

@@ -47,9 +47,8 @@ std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const Logged
   const Track::Frame* a = track_frame(golden, frame);
   const Track::Frame* b = track_frame(actual, frame);
   is_known = a != nullptr && b != nullptr && a->digests.size() == b->digests.size();
-  for (std::size_t i = 1; is_known && i < a->digests.size(); ++i) {
+  for (std::size_t i = 1; is_known && i < a->digests.size(); ++i)
     if (a->digests[i] != b->digests[i]) result.push_back(i);
-  }
   if (!result.empty()) return result;
   is_known = false;
   for (std::size_t i = 1; i < golden.log->bodies.size(); ++i) result.push_back(i);
@@ -104,7 +103,8 @@ std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual,
                          const PoseTolerance& tolerance) {
   const PosePair pair = poses_at(golden, actual, frame);
   for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
-    const BodyDifference change = difference(pair.golden[i], pair.actual[i]);
+    const BodyDifference exact = difference(pair.golden[i], pair.actual[i]);
+    const BodyDifference change = pair.is_rounded ? beyond_rounding(exact) : exact;
     if (change.position > tolerance.position) {
       return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden, i), change.axis,
                          change.position, tolerance.position);
@@ -143,9 +143,8 @@ void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTol
   }
   double energy_scale = 0;
   if (golden.track != nullptr) {
-    for (const Track::Frame& frame : golden.track->frames) {
+    for (const Track::Frame& frame : golden.track->frames)
       energy_scale = std::max(energy_scale, std::abs(frame.invariants.energy));
-    }
   }
   result.judgement = PoseJudgement::within;
   for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {

@@ -19,8 +19,7 @@ namespace substep::render {
 std::optional<double> finite_number_in(std::string_view text);
 
 /// Returns the width, in mm, of "one-column", "two-columns" or a number of millimetres. Throws Error, which
-/// names
-/// --width.
+/// names --width.
 double print_width_in(const std::string& text);
 
 /// The typed panels and times of a film or a player.

@@ -47,9 +47,7 @@ RunEnd last_of(const RenderOptions& options) {
     if (text == "all") return {};
     end.frame = std::max(end.frame.value_or(0), frame_in(text));
   }
-  for (const std::string& text : options.times) {
-    end.time = std::max(end.time.value_or(0), time_in(text));
-  }
+  for (const std::string& text : options.times) end.time = std::max(end.time.value_or(0), time_in(text));
   if (!end.frame && !end.time) end.frame = 0;
   return end;
 }
@@ -86,9 +84,8 @@ std::vector<int> frames_of(const PoseLog& log, const RenderOptions& options) {
       result.push_back(require_frame(log, frame_in(text)));
       continue;
     }
-    for (std::size_t k = 0; k < log.frames.size(); ++k) {
+    for (std::size_t k = 0; k < log.frames.size(); ++k)
       if (!log.frames[k].poses.empty()) result.push_back(static_cast<int>(k));
-    }
   }
   for (const std::string& text : options.times) result.push_back(frame_at(log, time_in(text)));
   if (result.empty()) result.push_back(0);
@@ -164,21 +161,16 @@ void draw_frames(const RenderOptions& options, const LoadedRun& run, const Rende
 }
 
 void draw_run(const RenderOptions& options) {
-  RenderSettings settings;
   const ImageSize size = image_size_in(options.size.value_or("1280x720"));
-  settings.width = size.width;
-  settings.height = size.height;
+  const RenderSettings settings{.width = size.width, .height = size.height};
   check(settings);
   Progress progress;
   const LoadedRun run = load(options, progress);
   const std::vector<int> frames = frames_of(run.log, options);
   const bool is_strobe = options.layout == "strobe";
   require_output(options, output_of(options), is_strobe ? 1 : frames.size());
-  if (is_strobe) {
-    draw_strobe(options, run, settings, frames);
-  } else {
-    draw_frames(options, run, settings, frames, progress);
-  }
+  if (is_strobe) return draw_strobe(options, run, settings, frames);
+  draw_frames(options, run, settings, frames, progress);
 }
 
 void render(RenderOptions& options) {
@@ -202,7 +194,8 @@ void add_sheet_options(CLI::App& command, RenderOptions& options) {
 
 void add_stills_options(CLI::App& command, RenderOptions& options) {
   const std::vector<CLI::Option*> before = command.get_options();
-  command.add_option("--title", options.comparison.title, "Title above the pictures (default: none)");
+  command.add_option("--title", options.comparison.title,
+                     "Title above the pictures (default: that of --panels)");
   options.comparison.add_panels_to(command);
   command.add_option("--width", options.width,
                      "Width of the whole figure in print: one-column (85 mm), two-columns (178 mm) or a "
@@ -214,9 +207,15 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
       ->check(CLI::Range(4.0, 24.0))
       ->needs("--width")
       ->capture_default_str();
-  for (CLI::Option* const option : command.get_options()) {
+  for (CLI::Option* const option : command.get_options())
     if (std::ranges::find(before, option) == before.end()) option->group(stills_options);
-  }
+}
+
+/// Returns whether sheets, or stills, do without an option that other layouts read.
+bool is_unread(const std::string& option, const std::string& layout) {
+  if (layout == "stills") return option == "algorithm" || option == "frame" || option == "scene";
+  return layout == "sheet" && (option == "frame" || option == "time" || option == "camera" ||
+                               option == "scene" || option == "duration");
 }
 
 /// Throws Error where a typed option is for another layout. Stores whether one is for simulated runs.
@@ -228,6 +227,7 @@ void check_options(const CLI::App& command, RenderOptions& options) {
     const bool is_of_another = (group == sheet_options && options.layout != "sheet") ||
                                (group == stills_options && options.layout != "stills");
     if (is_of_another) throw Error("--{}: only {}", name, "w" + group.substr(1));
+    if (is_unread(name, options.layout)) throw Error("--{}: not with --layout {}", name, options.layout);
     const bool is_of_picture =
         name == "inputs" || name == "size" || name == "output" || name == "camera" || name == "layout";
     options.asks_for_run = options.asks_for_run || !is_of_picture;

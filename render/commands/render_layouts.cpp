@@ -19,17 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Returns a picture of the scene at its poster's time, or where the run diverges if that is earlier.
-Image picture_of(const Scene& scene, const SolverOptions& solver, const ImageSize& size) {
+Image picture_of(const Scene& scene, const SolverOptions& solver, const RenderSettings& render) {
   const Settings settings = solver.settings(scene);
   const double time = scene.poster.value_or(scene.duration / 2);
   const std::int64_t steps = std::llround(time / settings.step);
   Simulation simulation(scene, settings);
   while (simulation.steps() < steps && simulation.step().status != StepReport::Status::diverged) {
   }
-  RenderSettings render;
-  render.width = size.width;
-  render.height = size.height;
-  render.steps_back = true;
   const std::vector<std::vector<Coordinates>> shown{initial_state(scene).q, simulation.state().q};
   return Renderer(scene, render, shown).draw(shown.back());
 }
@@ -73,11 +69,14 @@ void draw_sheet(const RenderOptions& options) {
   constexpr TextStyle label{.size = 16, .color = {70, 74, 82}, .bold = true};
   constexpr int label_height = 22;
   const ImageSize size = image_size_in(options.size.value_or("256x144"));
+  const RenderSettings render{.width = size.width, .height = size.height, .steps_back = true};
+  check(render);
   const fs::path output = options.output.value_or("sheet.png");
   require_folder_of(output);
   std::vector<GivenFile> inputs;
   for (const fs::path& scene : options.inputs) inputs.push_back({"a scene", scene});
   require_separate_files(inputs, std::vector<GivenFile>{{"--output", output}});
+  if (output.extension() != ".png") throw Error("{}: give a name that ends in .png", output.string());
 
   const int count = static_cast<int>(options.inputs.size());
   const int columns = std::min(options.columns, count);
@@ -89,7 +88,7 @@ void draw_sheet(const RenderOptions& options) {
     const Scene scene = options.run.mesh.load(options.inputs[static_cast<std::size_t>(i)]);
     const int x = gap + i % columns * (size.width + gap);
     const int y = gap + i / columns * (size.height + label_height);
-    paste(sheet, picture_of(scene, options.run.solver, size), x, y);
+    paste(sheet, picture_of(scene, options.run.solver, render), x, y);
     draw_text(sheet, x + 1, y + size.height + 14, film_title(scene, ""), label);
     progress.show("drawing", static_cast<double>(i + 1) / count);
   }

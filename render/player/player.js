@@ -153,7 +153,7 @@ class Player {
       ',': () => this.changeSpeed(1), '.': () => this.changeSpeed(-1),
       r: () => this.resetCamera(), s: () => this.save(), h: () => this.help(), '?': () => this.help(),
       b: () => data.strips.length > 1 && this.showStrip((+$('strip').value + 1) % data.strips.length),
-      Escape: () => { $('shortcuts').hidden = true; this.show(-1); }, 0: () => this.show(-1),
+      Escape: () => { if (!$('shortcuts').hidden) this.help(); this.show(-1); }, 0: () => this.show(-1),
     };
     if (!onButton) actions[' '] = () => this.play(!this.isPlaying);
     if (key in OVERLAYS) actions[key] = () => this.toggle(OVERLAYS[key]);
@@ -347,10 +347,9 @@ class Player {
     const place = (point) => projected(view, point, own.width, own.height);
     if (on.trails && !panel.reference) drawTrails(context, this, index, place);
     if (on.joints && !panel.reference) drawJoints(context, this, index, place, own);
-    const isOver = frame >= panel.frames;
     if (panel.reference && frame >= data.reference.known) {
       drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
-    } else if (panel.fate && isOver) {
+    } else if (panel.fate && (frame >= panel.frames || !panel.fate.startsWith('diverged'))) {
       drawNotice(context, panel.fate, own, true);
     }
     context.restore();

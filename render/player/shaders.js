@@ -180,7 +180,7 @@ void main() {
 }
 `;
 
-/** Draws the bodies' numbers, for outlines and picking. */
+/** Draws the bodies' numbers, for outlines. */
 const BODY_NUMBERS = `precision highp float;
 ` + SURFACE + `
 flat in float body_number;

@@ -209,9 +209,8 @@ std::string with_dark_mode(std::string svg) {
   add(frame_ink);
   add(text_ink);
   add(paper);
-  for (const char* const what : {"stroke", "fill", "color"}) {
+  for (const char* const what : {"stroke", "fill", "color"})
     rules += fmt::format("[{0}=\"black\"]{{{0}:{1}}}", what, text_ink.dark);
-  }
   rules += "}";
   const std::size_t place = svg.find("<defs>");
   if (place != std::string::npos) svg.insert(place, fmt::format("<style>{}</style>\n", rules));
@@ -282,9 +281,8 @@ bool begins_with_one_of(const std::string& title, const std::vector<std::string>
 void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
                    const char* what) {
   for (const std::string& word : words) {
-    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); })) {
+    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); }))
       continue;
-    }
     throw Error("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; "));
   }
 }
@@ -315,15 +313,20 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
   std::vector<std::string> titles;
   for (const Panel& panel : sheet.panels) titles.push_back(panel.title);
   require_named(titles, panels, "panel");
-  if (!panels.empty()) {
+  if (!panels.empty())
     std::erase_if(sheet.panels, [&](const Panel& panel) { return !begins_with_one_of(panel.title, panels); });
-  }
   titles.clear();
   for (const auto& [title, style] : series_titles(sheet)) titles.push_back(title);
   require_named(titles, series, "series");
   if (series.empty()) return sheet;
   for (Panel& panel : sheet.panels) {
     std::erase_if(panel.series, [&](const Series& one) { return !begins_with_one_of(one.title, series); });
+    std::erase_if(panel.notes, [&](const Note& note) {
+      const std::array at{note.x, note.y};
+      return std::ranges::none_of(panel.series, [&](const Series& one) {
+        return std::ranges::find(one.points, at) != one.points.end();
+      });
+    });
   }
   return sheet;
 }

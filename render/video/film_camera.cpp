@@ -113,7 +113,7 @@ View moved(const View& view, const FilmCamera& camera, const Vector3& shift, dou
 
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison) {
   std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
-  // Read a hundred frames of each run
+  // Read one to two hundred frames of each run
   const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
   const Vector3 middle = middle_of(scene);
   std::vector<double> reaches;

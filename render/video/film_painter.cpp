@@ -91,8 +91,7 @@ class PanelPainter {
     Vector3 way = Vector3::Zero();
     if (!poses.empty()) way = poses[std::min(k, poses.size() - 1)][body].linear - poses.front()[body].linear;
     const double seconds = static_cast<double>(k) / film_.settings.frame_rate;
-    return moved(still_, camera, way, std::min(seconds, static_cast<double>(film_.comparison.times.size())),
-                 middle_of(film_.scene));
+    return moved(still_, camera, way, seconds, middle_of(film_.scene));
   }
 
   const Film& film_;
@@ -140,17 +139,15 @@ std::size_t Film::second() const {
 
 std::optional<std::size_t> Film::freeze() const {
   std::optional<std::size_t> first;
-  for (const std::optional<Divergence>& divergence : divergences) {
+  for (const std::optional<Divergence>& divergence : divergences)
     if (divergence) first = std::min(first.value_or(divergence->frame), divergence->frame);
-  }
   return first;
 }
 
 Film film_of(const Scene& scene, const VideoSettings& settings, const Comparison& comparison) {
   Film film{scene, settings, comparison};
-  for (const Run& run : comparison.runs) {
+  for (const Run& run : comparison.runs)
     film.divergences.push_back(settings.freezes ? divergence_of(scene, comparison, run) : std::nullopt);
-  }
   return film;
 }
 

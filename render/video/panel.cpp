@@ -41,7 +41,7 @@ void set(PanelChoice& panel, const TypedSettings& values) {
   set_typed(panel.settings, values, fields);
 }
 
-/// Returns the engine of that name, or the first whose name begins with it. Throws Error.
+/// Returns the engine of that name, or the first whose name begins with it and a hyphen. Throws Error.
 std::string engine_named(const std::string& text) {
   const auto begins = [&](const Engine& engine) {
     return engine.name == text || engine.name.starts_with(text + "-");
@@ -50,7 +50,7 @@ std::string engine_named(const std::string& text) {
   if (found != engines().end()) return found->name;
   std::string known;
   for (const Engine& engine : engines()) known += ", " + engine.name;
-  throw Error("'{}': give a1 to a5, reference, log:FILE{}", text, known);
+  throw Error("'{}': give a1 to a5, soft, avbd, reference, log:FILE{}", text, known);
 }
 
 PanelChoice panel_of(const TypedPanel& typed, const Settings& settings) {
@@ -88,9 +88,8 @@ PanelChoice panel_of(const TypedPanel& typed, const Settings& settings) {
 
 std::vector<PanelChoice> default_panels(const Settings& settings) {
   std::vector<PanelChoice> panels;
-  for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"}) {
+  for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"})
     panels.push_back(panel_of({.show = show}, settings));
-  }
   return panels;
 }
 

@@ -126,7 +126,7 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   } else if (first < both) {
     reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
   } else {
-    reference.fate = fmt::format("fails at {:.2f} s", std::isfinite(fine.ended) ? fine.ended : coarse.ended);
+    reference.fate = fmt::format("fails at {:.2f} s", std::min(fine.ended, coarse.ended));
   }
   return reference;
 }

@@ -33,7 +33,7 @@ struct TimeSheet {
   Comparison comparison;
 };
 
-/// Simulates and draws the runs. Each picture shows its error where there is one. Throws Error.
+/// Simulates and draws the runs. Each picture shows its value of the strip's quantity. Throws Error.
 TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings);
 
 }  // namespace substep::render

@@ -165,7 +165,7 @@ void check_options(const MeasureOptions& options, const Scene& scene) {
     throw Error("duration {:g} s: from the scene's step, {:g} s, to 3600 s", scene.duration, scene.step);
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (options.reference) return;
-  if (!(horizon > 0)) throw Error("--horizon '{}': must be above 0", options.horizon);
+  if (!(horizon >= scene.step)) throw Error("--horizon '{}': must be at least a step", options.horizon);
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   options.output.require_folder();
   if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
@@ -196,7 +196,9 @@ void measure_scene(const MeasureOptions& options) {
   options.output.write(options.brief ? to_text(brief_table(measurement), options.markdown)
                                      : to_text(measurement, options.all, options.markdown));
   for (const MeasuredSettings& run : measurement.runs) {
-    if (!run.metrics.diverged) warn_of(scene, label(run), violations(scene, run.settings, run.metrics));
+    if (run.metrics.diverged) continue;
+    warn_of(scene, label(run),
+            options.run ? violations(scene, run.metrics) : violations(scene, run.settings, run.metrics));
   }
 }
 

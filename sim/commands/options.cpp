@@ -47,7 +47,8 @@ ImageSize image_size_in(const std::string& text) {
 
 void SolverOptions::add_to(CLI::App& command) {
   command.add_option("--step", step_, "Step h in seconds, such as 1/60 (the scene's)")->group(solving);
-  command.add_option("--substeps", substeps_, "Sub-steps n of A3 to A5 (the scene's)")->group(solving);
+  command.add_option("--substeps", substeps_, "Sub-steps n of A3 to A5 (the scene's), Soft Step: 4")
+      ->group(solving);
   command
       .add_option("--set", set_,
                   "Any setting, as labels print it: n=4,joints=stable,tau=0.6/0.9; 'substep help settings' "

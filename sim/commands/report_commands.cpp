@@ -47,7 +47,8 @@ void published(PublishedCommandOptions options) {
     options.measure.progress = [&](double share) { progress.show("measuring", share); };
     measurements = measure_published(results, options.measure);
   }
-  if (measurements.empty()) throw Error("--only '{}': no result's name contains this", options.measure.only);
+  if (measurements.empty())
+    throw Error("--only '{}': no result that runs has this in its name", options.measure.only);
   options.output.write(to_markdown(measurements));
 }
 

@@ -44,7 +44,8 @@ void submit(const SweepCommand& command, int tasks) {
                                        fmt::format("--output={}", (results / "slurm" / "%a.txt").string()),
                                        "--wrap=exec \"$SUBSTEP_PROGRAM\" sweep \"$SUBSTEP_SWEEP\" --output "
                                        "\"$SUBSTEP_RESULTS\" --threads 1 --job "
-                                       "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\""};
+                                       "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\"" +
+                                           std::string(command.cache.is_off ? " --no-cache" : "")};
   const std::vector<std::string> environment{
       "SUBSTEP_PROGRAM=" + program, "SUBSTEP_SWEEP=" + fs::absolute(command.file).string(),
       "SUBSTEP_RESULTS=" + results.string(), fmt::format("SUBSTEP_TASKS={}", tasks)};

@@ -259,6 +259,7 @@ Mlcp parse_mlcp(std::string_view text, const std::string& what) {
     for (double& value : row.part_b) value = words.real("a value of body b");
     problem.rows.push_back(row);
   }
+  if (!words.is_at_end()) words.fail("more follows after the rows");
   return problem;
 }
 

@@ -5,7 +5,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(MAKE_DIRECTORY ${folder})
 set(scenes ${source}/scenes)
 run_or_fail(${program} render ${scenes}/pendulum.gltf ${scenes}/box_stack.gltf --layout sheet --size 160x90 --columns 2
-  --algorithm a1 --duration 0.1 --output ${folder}/sheet.png)
+  --algorithm a1 --output ${folder}/sheet.png)
 run_or_fail(${program} video ${scenes}/pendulum.gltf --size 640x360 --substeps 2 --duration 0.1 --hold 0
   --frames ${folder}/frames --poster ${folder}/film.png --poster-time 0.05)
 foreach(picture sheet film)

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 
 #include "golden/compare/motion_comparison.h"
@@ -146,6 +145,8 @@ TEST(MotionComparison, IgnoresRoundingOfTracks) {
   EXPECT_EQ(first.body, "ball");
   EXPECT_EQ(first.size_frame, 10);
   EXPECT_NEAR(first.size, 2.8e-6, 1e-12);
+  const PoseTolerance tolerance{.position = 5e-6};
+  EXPECT_EQ(compared(rounded, actual, &tolerance).judgement, PoseJudgement::within);
 }
 
 TEST(MotionComparison, RequiresBitsWithoutTolerance) {
@@ -160,8 +161,7 @@ TEST(MotionComparison, RequiresBitsWithoutTolerance) {
 }
 
 TEST(MotionComparison, ComparesPosesUntilContactsDiffer) {
-  PoseTolerance tolerance;
-  tolerance.position = 0.01;
+  const PoseTolerance tolerance{.position = 0.01};
   Fall actual;
   actual.move(5, 0.005);
   EXPECT_EQ(compared(Fall(), actual, &tolerance).judgement, PoseJudgement::within);
@@ -208,9 +208,8 @@ TEST(MotionComparison, UsesTracksBetweenStoredPoses) {
   Fall golden;
   Fall actual;
   actual.move(5, 0.2);
-  for (std::size_t k = 0; k < golden.log.frames.size(); ++k) {
+  for (std::size_t k = 0; k < golden.log.frames.size(); ++k)
     if (k % 10 != 0) golden.log.frames[k].poses.clear();
-  }
   const MotionComparison with = compared(golden, actual);
   EXPECT_EQ(with.first.size_frame, 5);
   const MotionComparison without = compare_motion({&golden.log, nullptr}, actual.motion(), {});

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <sstream>
 
 #include "program.h"
@@ -98,7 +97,7 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"video c.gltf --output film", "film: a film's name ends in .mp4"},
     {"video c.gltf --duration 1e9", "duration"},
     {"video c.gltf --reference-substeps 0", "reference sub-steps 0"},
-    {"video c.gltf --panel a6", "panel a6: 'a6': give a1 to a5, reference, log:FILE"},
+    {"video c.gltf --panel a6", "panel a6: 'a6': give a1 to a5, soft, avbd, reference, log:FILE"},
     {"video c.gltf --panel log:missing.poses.txt", "missing.poses.txt"},
     {"video c.gltf --panel reference --no-reference", "there is none"},
     {"video c.gltf --overlay forces", "--overlay 'forces': give some of trails"},
@@ -112,6 +111,8 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"render c.gltf --layout collage", "--layout"},
     {"render c.gltf --panel a5", "--panel: only with --layout stills"},
     {"render c.gltf --layout stills --columns 2", "--columns: only with --layout sheet"},
+    {"render c.gltf --layout stills --time 0 --algorithm a2", "--algorithm: not with --layout stills"},
+    {"render c.gltf --layout sheet --time 1", "--time: not with --layout sheet"},
     {"render c.gltf --layout stills", "--layout stills: give the columns' times"},
     {"render c.gltf --layout stills --time 9", "--time '9': must be from 0 to the end of the run, 5 s"},
     {"render c.gltf --layout stills --time now", "--time 'now'"},

@@ -52,7 +52,7 @@ TEST_F(MeasureCommand, RefusesBadOptions) {
   refuses("measure $S/pendulum.gltf --step 0.01", "must be a whole part or multiple");
   refuses("measure $S/pendulum.gltf --set joints=loose", "give rows, plain or stable");
   refuses("measure $S/pendulum.gltf --substeps 0", "substeps 0");
-  refuses("measure $S/pendulum.gltf --horizon 0", "must be above 0");
+  refuses("measure $S/pendulum.gltf --horizon 0", "must be at least a step");
   refuses("measure nothing.gltf", "nothing.gltf");
 }
 

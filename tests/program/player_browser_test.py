@@ -1,4 +1,4 @@
-"""Tests the player in a headless browser: pictures, poses of the runs, and every control.
+"""Tests the player in a headless browser: pictures, poses of the runs, and most keys.
 
 player_browser_test.py SUBSTEP SOURCE_FOLDER
 """
@@ -23,7 +23,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 os.environ["XDG_CACHE_HOME"] = "/dev/null"  # no reference is kept from test to test
 
 TITLE = 'a <b>"chain"</b> </script> & more'
-# Functions of the page that the test calls: a panel's pixels, and the number of pixels in which two differ.
+# Functions of the page that the test calls: a panel's pixels, and the fraction of pixels in which two differ.
 HELPERS = """
 window.pixels = index => {
   player.layOut();

@@ -177,7 +177,7 @@ TEST(ShadowView, HoldsAllPointsInItsMiddle) {
   }
 }
 
-TEST(ShadowView, LampViewIgnoresPointsBehindIt) {
+TEST(ShadowView, LampViewHasAWidestAngle) {
   const ShadowView view =
       fit_lamp_view({0, 0, 0}, std::vector<glm::dvec3>{{-4, 0, 0.5}, {4, 0, 0.5}, {0, 0, 5}, {0, 1, -1}});
   EXPECT_NEAR(view.width, 6.6, 1e-12);

@@ -175,8 +175,7 @@ TEST(Shadows, LampShadowSpreads) {
   const auto darker = [&](double x) {
     return luma(without, ground_pixel(x, 0.6)) - luma(with, ground_pixel(x, 0.6));
   };
-  // The box's middle is 2 m below the lamp, the ground 3 m: its shadow begins 0.5 m and ends 2.5 m from the
-  // lamp's side.
+  // The box's middle is 2 m below the lamp, the ground 3 m: its shadow goes from x = 0.25 m to 1.75 m.
   EXPECT_GT(darker(1.0), 30);
   EXPECT_GT(darker(1.4), 30);
   EXPECT_NEAR(darker(-0.9), 0, 3);

@@ -92,11 +92,13 @@ TEST(Plot, OmitsTitleCaptionAndBackground) {
 TEST(Plot, ShowsTheChosenPanelsAndSeries) {
   Sheet sheet = two_panels();
   sheet.panels[0].series.push_back({"two", {3, 5}, {{2, 2}}});
+  sheet.panels[0].notes = {{1, 1, "of one"}, {2, 2, "of two"}};
   sheet.panels[1].title = "other";
   const Sheet chosen = with_choice(sheet, {"under"}, {"tw"});
   ASSERT_EQ(chosen.panels.size(), 1u);
   ASSERT_EQ(chosen.panels[0].series.size(), 1u);
   EXPECT_EQ(chosen.panels[0].series[0].title, "two");
+  EXPECT_EQ(chosen.panels[0].notes.at(0).text, "of two");
   EXPECT_EQ(test::message_of([&] { with_choice(sheet, {"over"}, {}); }),
             "the figure has no panel 'over': it has under_score; other");
   EXPECT_EQ(test::message_of([&] {

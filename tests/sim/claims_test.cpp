@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "sim/error.h"
 #include "sim/measure/claims_measurement.h"
@@ -26,9 +25,9 @@ double difference_of_a5(const Scene& scene, double duration, double contact_tau 
   settings.iterations = 2;
   settings.contact_tau = contact_tau;
   settings.contact_kappa = contact_kappa;
-  const State a4 = test::run(scene, settings, duration);
+  const MeasuredRun a4 = measured_run(scene, settings, duration);
   settings.algorithm = Algorithm::a5;
-  return position_difference(a4, test::run(scene, settings, duration));
+  return position_difference(a4, measured_run(scene, settings, duration));
 }
 
 TEST(Claim5, HoldsForContacts) {

@@ -200,7 +200,7 @@ TEST(FrozenProblem, ProjectsErrorOntoCone) {
   EXPECT_NEAR(lambda[0], 1, 1e-12);
   EXPECT_NEAR(lambda[1], -0.5, 1e-12);
   EXPECT_NEAR(cone_error(problem, lambda).natural_map, 0, 1e-12);
-  // With r = 0 û = (−2 + 1.5, 3, 0): its negative is projected to 0.4·(1, −0.5, 0)·… of the cone.
+  // With r = 0 û = (−2 + 1.5, 3, 0): its negative is projected to 1.6·(1, −0.5, 0), on the cone.
   const double normal = (0.5 + 0.5 * 3) / 1.25;
   const double wrong = std::hypot(normal, 0.5 * normal);
   EXPECT_NEAR(cone_error(problem, {0, 0, 0}).natural_map, wrong / std::sqrt(13.0), 1e-12);
@@ -271,7 +271,6 @@ TEST(FrozenProblem, RefusesCorruptedTexts) {
       std::string text = good;
       text[i] = wrong;
       try {
-        std::vector<double> lambda;
         const FrozenProblem problem = parse_frozen_problem(text, "wrong");
         EXPECT_LE(problem.mlcp.rows.size(), 3000u);
       } catch (const Error&) {

@@ -1,4 +1,4 @@
-// Encodings: base64, hashes, and names of settings.
+// Base64, hashes, and the settings that follow a scene.
 
 #include <gtest/gtest.h>
 

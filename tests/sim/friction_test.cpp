@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -117,7 +116,7 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction, bool by_
       settings.substeps = substeps;
       if (!by_default) settings.contact_tau = settings.contact_kappa = 0;
       const Slope slope = slope_of(friction, heading, speed);
-      test::last(slope.scene, settings, 2, [&](const State& state, double time) {
+      const double end = test::last(slope.scene, settings, 2, [&](const State& state, double time) {
         const Vector3 moved = state.q[1].linear - slope.scene.bodies[1].pose.position;
         const Place place = closed_form(friction, speed, time);
         const double error = moved.dot(slope.up) - place.place;
@@ -128,6 +127,7 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction, bool by_
           errors.beyond = std::max(errors.beyond, std::abs(error - of_step) / place.way);
         return 0.0;
       });
+      EXPECT_EQ(end, 0) << "diverged";
     }
   }
   return errors;

@@ -382,7 +382,6 @@ TEST_F(MlcpTest, KeepsBitsInText) {
   problem.rows.push_back(any_row(random, 3));
   const std::string text = to_text(problem);
   EXPECT_EQ(to_text(parse_mlcp(text, "problem")), text);
-  MlcpSolver solver;
   solve(problem);
   const std::vector<double> one = lambda_;
   solve(parse_mlcp(text, "problem"));

@@ -237,13 +237,4 @@ inline State run(const Scene& scene, const Settings& settings, double duration) 
   return measured_run(scene, settings, duration).state;
 }
 
-inline double velocity_difference(const State& a, const State& b) {
-  double largest = 0;
-  for (std::size_t i = 1; i < a.v.size(); ++i) {
-    largest = std::max(largest, (a.v[i].linear - b.v[i].linear).norm());
-    largest = std::max(largest, (a.v[i].angular - b.v[i].angular).norm());
-  }
-  return largest;
-}
-
 }  // namespace substep::test
