@@ -67,7 +67,7 @@ function shared_joint(joint, bodies) {
     } else if (limit.type === 'angular' && limit.axes.length === 1 && !range) {
       range = limit;
     } else {
-      refuse(limit.type === 'angular' ? 'limits a cone, or an axis twice' : 'has a slide');
+      refuse(limit.type !== 'angular' ? 'has a slide' : limit.axes.length > 1 ? 'limits a cone' : 'limits a turn twice');
     }
   }
   const free = [...'xyz'].filter((axis) => !locked.angular.includes(axis));
