@@ -294,7 +294,8 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
   if (comparison.reference) {
     const ReferenceRun& reference = *comparison.reference;
     poses += pose_stream(scene, reference.poses, unit);
-    data["reference"] = {{"uncertainty", rounded(reference.uncertainty)},
+    data["reference"] = {{"method", reference.method},
+                         {"uncertainty", rounded(reference.uncertainty)},
                          {"known", reference.known},
                          {"fate", reference.fate},
                          {"frames", std::max<std::size_t>(1, reference.poses.size())}};
