@@ -26,18 +26,14 @@ struct ColliderGeometry {
 };
 
 void add_triangles(const Mesh& mesh, const NodeTransform& placement, ColliderGeometry& geometry) {
-  // Ignore vertices that no triangle uses.
-  std::vector<bool> is_used(mesh.positions.size());
-  for (const auto& [a, b, c] : mesh.triangles) is_used[a] = is_used[b] = is_used[c] = true;
-  std::vector<std::uint32_t> index;
-  for (std::size_t i = 0; i < is_used.size(); ++i) {
-    index.push_back(static_cast<std::uint32_t>(geometry.points.size()));
-    if (is_used[i]) geometry.points.push_back(placement.linear * mesh.positions[i] + placement.translation);
+  const auto first = static_cast<std::uint32_t>(geometry.points.size());
+  for (const Vector3& position : mesh.positions) {
+    geometry.points.push_back(placement.linear * position + placement.translation);
   }
   const bool mirrors = placement.linear.determinant() < 0;
   for (Triangle triangle : mesh.triangles) {
     if (mirrors) std::swap(triangle[1], triangle[2]);
-    geometry.triangles.push_back({index[triangle[0]], index[triangle[1]], index[triangle[2]]});
+    geometry.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
   }
 }
 
@@ -172,7 +168,8 @@ class Colliders {
   // Nodes with a mesh each often have the same mesh, and its hull takes long.
   const SimplifiedHull& hull_of(ColliderGeometry& geometry, const std::string& what) {
     for (const ColliderGeometry& other : geometries_) {
-      if (!geometry.hull && other.hull && other.points == geometry.points) geometry.hull = other.hull;
+      if (geometry.hull) break;
+      if (other.hull && other.points == geometry.points) geometry.hull = other.hull;
     }
     if (!geometry.hull) geometry.hull = simplified_hull(geometry.points, what);
     return *geometry.hull;

@@ -6,7 +6,8 @@
 
 namespace substep {
 
-/// Returns the heaviest mass over the lightest among bodies that forces move; 1 where there are none.
+/// Returns the ratio of the heaviest to the lightest mass among bodies that forces move; 1 where there are
+/// none.
 double mass_ratio(const Scene& scene);
 
 /// Selects whether soft limits of joints count.
