@@ -90,7 +90,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
       }
     }
   }
-  // Of the world's parts hold only what is near the moving bodies: a whole ground would make them small.
+  // Hold only those parts of the world that are near moving bodies: a whole ground would make these small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinity ? 0.15 * (high - low).norm() : infinity);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;
