@@ -71,11 +71,11 @@ std::string joint_digest(const Joint& joint) {
   return text_of(digest);
 }
 
-/// Adds the appearance to the digest; nothing where render::needs_looks() is false.
+/// Adds the appearance to the digest. `has_looks`: render::needs_looks() of the scene.
 void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
-                    const VertexAttributes& attributes) {
+                    const VertexAttributes& attributes, bool has_looks) {
   if (std::ranges::max(surface.emission) > 0) digest.add(surface.emission);
-  if (render::needs_looks(scene)) digest.add(surface.is_double_sided);
+  if (has_looks) digest.add(surface.is_double_sided);
   if (surface.is_unlit) digest.add(true);
   if (surface.opacity != Surface::Opacity::opaque)
     digest.add(surface.opacity, surface.alpha, surface.cut_off);
@@ -90,13 +90,13 @@ void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
   digest.add(attributes.colors, attributes.tangents);
 }
 
-void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
+void add_visual(Digest& digest, const Scene& scene, const Visual& visual, bool has_looks) {
   const Mesh& mesh = scene.meshes[static_cast<std::size_t>(visual.mesh)];
   digest.add(mesh.positions, mesh.normals, mesh.triangles, visual.linear, visual.translation);
   if (mesh.surface < 0) return;
   const Surface& surface = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
   digest.add(surface.base_color, surface.metallic, surface.roughness);
-  add_appearance(digest, scene, surface, mesh.attributes);
+  add_appearance(digest, scene, surface, mesh.attributes, has_looks);
 }
 
 /// Returns the digests of all bodies, made by `add(digest, index)`.
@@ -198,8 +198,10 @@ Json scene_parts(const Scene& scene) {
   });
   parts["shapes"] = of_members(scene, scene.colliders, add_shape);
   parts["contact"] = of_members(scene, scene.colliders, add_contact);
-  parts["drawn"] = of_members(
-      scene, scene.visuals, [&](Digest& digest, const Visual& visual) { add_visual(digest, scene, visual); });
+  const bool has_looks = render::needs_looks(scene);
+  parts["drawn"] = of_members(scene, scene.visuals, [&](Digest& digest, const Visual& visual) {
+    add_visual(digest, scene, visual, has_looks);
+  });
   std::string joints;
   for (const Joint& joint : scene.joints) joints += joint_digest(joint);
   parts["joints"] = joints;

@@ -349,8 +349,8 @@ class Player {
     if (on.joints && !panel.reference) drawJoints(context, this, index, place, own);
     if (panel.reference && frame >= data.reference.known) {
       drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
-    } else if (panel.fate && (frame >= panel.frames || !panel.fate.startsWith('diverged'))) {
-      drawNotice(context, panel.fate, own, true);
+    } else if (panel.refusal || (panel.fate && frame >= panel.frames)) {
+      drawNotice(context, panel.refusal || panel.fate, own, true);
     }
     context.restore();
   }

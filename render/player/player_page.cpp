@@ -212,7 +212,7 @@ Json panels_of(const Comparison& comparison) {
                   {"deepest", rounded(run.readings.deepest)},
                   {"expected", rounded(run.readings.expected)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
-    if (!run.refusal.empty()) panel["fate"] = run.refusal;
+    if (!run.refusal.empty()) panel["refusal"] = run.refusal;
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
     panels.push_back(std::move(panel));
   }

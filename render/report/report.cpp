@@ -155,9 +155,8 @@ class Report {
     page_.paragraph(fmt::format(
         "The scenes' known values (closed forms, invariants, bodies that must stand) that runs miss by more "
         "than the tolerance; {} runs were compared over the whole duration. Each line has the worst value of "
-        "one scene and algorithm over all settings, coarse ones included. Algorithms that miss the same "
-        "share "
-        "a line. The last column has the number of settings that miss it.",
+        "one scene and algorithm over all settings, coarse ones included. Algorithms that "
+        "miss the same share a line. The last column has the number of settings that miss it.",
         judged_runs(records_)));
     page_.table(bad_figures_table(missed));
   }
@@ -206,7 +205,7 @@ class Report {
       page_.paragraph(advice(own));
       const TextTable best = runs_table(best_runs(own));
       if (best.rows.empty()) continue;
-      page_.paragraph("The runs that are Pareto-optimal in error and cost:");
+      page_.paragraph("The runs that err by a fifth less than every cheaper one:");
       table(best);
     }
   }

@@ -117,7 +117,8 @@ TEST_F(Outputs, DifferInPosesUnderOneHash) {
   const double x = std::stod(text.substr(pose));
   text.replace(pose, text.find(' ', pose) - pose, fmt::format("{}", x + 0.5));
   write("b.txt", text);
-  expect("diff a.txt b.txt", 1, {"frame 7: different poses", "largest over all poses: 0.5 m"});
+  expect("diff a.txt b.txt", 1,
+         {"frame 7: different poses with the same hash", "largest over all poses: 0.5 m"});
   printed("diff a.txt a.txt");
 }
 
