@@ -55,6 +55,12 @@ SUBSTEP_KERNEL void move_into_cone(int count, const PatchCorner* corners, LaneVe
   wrench = nearest;
 }
 
+/// Returns by how much a block's impulses move the velocity of one of its three rows at most, m/s or rad/s.
+SUBSTEP_KERNEL Lanes largest_move(const LaneVectors& impulse, const Lanes (&gamma)[6]) {
+  const Lanes first = larger(magnitude(impulse[0] * gamma[0]), magnitude(impulse[1] * gamma[3]));
+  return larger(first, magnitude(impulse[2] * gamma[5]));
+}
+
 /// Solves the normals of a patch for the wrench in the cone that gives the velocities of β, or the nearest to
 /// them. Returns the change of the wrench times the scale.
 template <KernelKind kind, int known>
@@ -72,7 +78,7 @@ SUBSTEP_KERNEL LaneVectors solve_patch_normals(const KernelData& at, const Patch
   move_into_cone<known>(count, corners, wrench);
   const LaneVectors given = all(at.how.scale) * (wrench - patch.normal_impulse);
   for (int k = 0; k < 3; ++k) patch.normal_impulse[k] = wrench[k];
-  if (kind == KernelKind::general) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
+  if (kind == KernelKind::general) most = larger(most, largest_move(given, patch.normal_gamma));
   return given;
 }
 
@@ -243,9 +249,7 @@ SUBSTEP_KERNEL LaneVectors solve_patch_friction(const KernelData& at, PatchCorne
   }
   const LaneVectors given = all(at.how.scale) * (total - before);
   for (int k = 0; k < 3; ++k) patch.impulse[k] = total[k] + patch.origin[k];
-  if (kind == KernelKind::general) {
-    for (int k = 0; k < 2; ++k) most = larger(most, magnitude(given[k] * patch.gamma[3 * k]));
-  }
+  if (kind == KernelKind::general) most = larger(most, largest_move(given, patch.gamma));
   return given;
 }
 

@@ -76,6 +76,24 @@ TEST(Relaxation, StopsBelowTolerance) {
   EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall / 16, 1e-12);
 }
 
+TEST(Relaxation, EndsWhenNoRowOfAPatchTurnsFaster) {
+  // Friction stops a spin of 10 rad/s, so that iterations move the twist by 5, 2.5, 1.25 … rad/s, and the
+  // normal's row by less than 0.1 m/s.
+  Scene scene = test::floor_scene(1000);
+  test::add_box(scene, {1, 1, 1}, 1, test::at(0, 0.5, 0), 1000);
+  scene.bodies[1].angular_velocity = {0, 10, 0};
+  Settings settings = default_settings(Algorithm::a2);
+  settings.relaxation = 0.5;
+  settings.iterations = 100;
+  const auto spin = [&](double tolerance) {
+    settings.tolerance = tolerance;
+    return test::run(scene, settings, time_step).v[1].angular.y();
+  };
+  EXPECT_NEAR(spin(6), 5, 1e-9);
+  EXPECT_NEAR(spin(3), 2.5, 1e-9);
+  EXPECT_NEAR(spin(2), 1.25, 1e-9);
+}
+
 TEST(BounceThreshold, IsTwiceGravityPerSubstep) {
   for (const Algorithm algorithm : test::all_algorithms) {
     const auto speed = [&](double approach) {
