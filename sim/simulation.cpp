@@ -81,6 +81,7 @@ struct Simulation::Implementation {
     before_v = state.v;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
+    report.residual = 0;
     earlier_impulses.clear();
     // Take more parts in A1 after a step in which joints pulled harder, as those of whirling bodies do. A2
     // keeps the start's number, so that each step has as many rows. Each part removes only its fraction of a
@@ -124,7 +125,11 @@ struct Simulation::Implementation {
     const double shortest = 1e-6 * equal_part;
     start_q = state.q;
     start_v = state.v;
+    const StepReport::Status earlier = report.status;
+    const double earlier_residual = report.residual;
     for (double part = rest;;) {
+      report.status = earlier;
+      report.residual = earlier_residual;
       const bool is_last = ++tried_parts >= most_parts;
       find_contacts(part, is_last);
       double sooner = is_last ? part : std::max(finder.first_timed_impact(), shortest);
@@ -139,6 +144,8 @@ struct Simulation::Implementation {
           state.contacts.swap(remembered);
           state.patches.swap(remembered_patches);
           state.joint_forces.swap(remembered_joints);
+          if (report.status == StepReport::Status::unsolved && earlier != report.status)
+            first_unsolved = work.mlcp;
           return part;
         }
         state.q = start_q;
@@ -290,7 +297,7 @@ struct Simulation::Implementation {
     proc1(state.q, state.v, part_settings, problem, work);
     if (is_warm || follows_tension) keep_impulses(work.lambda, problem.c);
     report.active_sets = work.report.active_sets;
-    report.residual = work.report.residual;
+    report.residual = std::max(report.residual, work.report.residual);
     report.contradicting = work.report.contradicting;
     // MlcpReport's statuses are the first three of StepReport.
     report.status = std::max(report.status, static_cast<StepReport::Status>(work.report.status));
@@ -319,6 +326,7 @@ struct Simulation::Implementation {
   int equal_parts = 1;                           ///< of a step; least number
   int most_equal_parts = 1;                      ///< largest number so far
   double equal_part = 0;                         ///< duration of each, s
+  Mlcp first_unsolved;                           ///< of the parts of an unsolved step
   int tried_parts = 0;                           ///< in the current equal part
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of all parts of the step but the last
@@ -380,7 +388,9 @@ std::string Simulation::modelled() const {
 }
 
 std::string Simulation::last_problem() const {
-  return implementation_->settings.algorithm == Algorithm::a1 ? to_text(implementation_->work.mlcp) : "";
+  const Implementation& i = *implementation_;
+  if (i.settings.algorithm != Algorithm::a1) return "";
+  return to_text(i.report.status == StepReport::Status::unsolved ? i.first_unsolved : i.work.mlcp);
 }
 
 }  // namespace substep

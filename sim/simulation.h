@@ -80,7 +80,8 @@ class Simulation {
   /// gyroscopic term".
   std::string modelled() const;
 
-  /// Returns the MLCP of the last step as text that tests can load (A1 only, else empty).
+  /// Returns the MLCP of the last step as text that tests can load (A1 only, else empty): of the parts of a
+  /// divided step, the first that was not solved, else the last.
   std::string last_problem() const;
 
  private:
