@@ -138,6 +138,7 @@ void ContactFinder::add_neighbours() {
     points_.clear();
     find_contacts(candidates_[a].collider->shape, poses_[a], candidates_[b].collider->shape, poses_[b],
                   margins_[a] + margins_[b], points_);
+    if (points_.empty()) continue;
     add_contacts(a, b, 0);
     touching_.emplace_back(std::min(a, b), std::max(a, b));
     is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
