@@ -350,6 +350,7 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
         has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water
     /$/physicsJoints/0/drives/0/positionTarget = 1 | positionTarget has no effect without stiffness
     /$/physicsJoints/0/drives/0/damping = | velocityTarget has no effect without damping
+    /nodes/1/$/collider/geometry/convexHull = true | convexHull has no effect beside 'shape'
     /nodes/3/$/trigger = {"geometry": {"shape": 1}} | a trigger is ignored: it moves nothing
     /animations = [] | animations are ignored: nodes move as bodies or not at all
     /meshes/0/primitives/0/targets = [{"POSITION": 0}] | morph targets are ignored
