@@ -58,12 +58,14 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
 }
 
 /// Returns A1 with the smallest step that has at most 1 % more row solves than `rows`; nothing where that is
-/// its own step. Row solves of contacts depend on the active sets, so they must be measured.
+/// its own step. Row solves of contacts depend on the active sets, so they must be measured. Shorter steps
+/// have fewer equal parts, so that they cost no more until none is divided.
 std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMotion& reference,
                                            std::int64_t rows, const MeasuredSettings& direct) {
   const auto most = static_cast<double>(rows) * 1.01;
   const auto own = static_cast<double>(std::max<std::int64_t>(direct.metrics.row_solves, 1));
-  for (auto divisions = static_cast<int>(most / own); divisions > 1; --divisions) {
+  const int parts = Simulation(scene, direct.settings).equal_parts();
+  for (auto divisions = static_cast<int>(most / own * parts); divisions > 1; --divisions) {
     MeasuredSettings finer{direct.settings, "", {}, {}};
     finer.settings.step /= divisions;
     finer.metrics = measure(scene, finer.settings, reference);
@@ -169,8 +171,6 @@ void check_options(const MeasureOptions& options, const Scene& scene) {
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   options.output.require_folder();
   if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
-  if (options.run && (options.times > 0 || options.equal_rows))
-    throw Error("--run: is measured without --times and --equal-rows");
 }
 
 void measure_scene(const MeasureOptions& options) {
@@ -225,9 +225,15 @@ void add_measure_command(CLI::App& app) {
       ->check(CLI::Range(0, 1000));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
   options->output.add_to(*command);
-  command->add_option("--run", options->run, "Measure the run of a pose table (.csv) instead");
-  command->add_option("--reference", options->reference,
-                      "Measure nothing, but write the reference's motion to this .csv file");
+  const auto exclude = [&](CLI::Option* option, const std::vector<const char*>& without_effect) {
+    for (const char* other : without_effect) option->excludes(command->get_option(other));
+  };
+  exclude(command->add_option("--run", options->run, "Measure the run of a pose table (.csv) instead"),
+          {"--step", "--substeps", "--set", "--times", "--equal-rows"});
+  exclude(command->add_option("--reference", options->reference,
+                              "Measure nothing, but write the reference's motion to this .csv file"),
+          {"--step", "--substeps", "--set", "--horizon", "--times", "--equal-rows", "--brief", "--all",
+           "--markdown", "--output", "--run"});
   command->footer(
       "The reference has no time-step error. Without contacts it is an integrator of order 12 in which "
       "joints hold to rounding; with contacts it is A1 at repeatedly halved steps, extrapolated to step "

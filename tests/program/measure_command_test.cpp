@@ -47,6 +47,14 @@ TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
   EXPECT_THAT(outcome.out, testing::ContainsRegex("A1  h=1/60 . 158[0-9][0-9] .[^\n]* yes"));
 }
 
+TEST_F(MeasureCommand, SpendsRowSolvesOnShorterStepsOfA1) {
+  // A1 divides steps of 1/60 s in eight; as many row solves as 16 sub-steps have pay for steps of 1/960 s.
+  expect(
+      "measure $S/heavy_chain.gltf --duration 0.2 --horizon 0.05 --substeps 16 --equal-rows --brief "
+      "--markdown",
+      0, {"A1  h=1/960 | "});
+}
+
 TEST_F(MeasureCommand, RefusesBadOptions) {
   refuses("measure $S/pendulum.gltf --brief --all", "give one of them");
   refuses("measure $S/pendulum.gltf --step 0.01", "must be a whole part or multiple");
@@ -54,6 +62,8 @@ TEST_F(MeasureCommand, RefusesBadOptions) {
   refuses("measure $S/pendulum.gltf --substeps 0", "substeps 0");
   refuses("measure $S/pendulum.gltf --horizon 0", "must be at least a step");
   refuses("measure nothing.gltf", "nothing.gltf");
+  refuses("measure $S/pendulum.gltf --run a.csv --substeps 4", "excludes");
+  refuses("measure $S/pendulum.gltf --reference a.csv --all", "excludes");
 }
 
 using ReferenceCommand = Program;

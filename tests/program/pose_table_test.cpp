@@ -26,7 +26,7 @@ TEST_F(PoseTableCommands, TableOfRunHasItsPoses) {
 
 TEST_F(PoseTableCommands, TableIsMeasuredAndFilmed) {
   expect("measure $S/incline.gltf --run rig.csv", 0, {"\nrig ", "Known figures: 3, all within tolerance."});
-  refuses("measure $S/incline.gltf --run rig.csv --times 2", "without --times");
+  refuses("measure $S/incline.gltf --run rig.csv --times 2", "--times excludes --run");
   const std::string film =
       printed("player $S/incline.gltf --panel log:rig.csv --panel log:ours.poses.txt --output both.html");
   // Both rows have the errors of the same poses.
