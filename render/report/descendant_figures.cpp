@@ -151,8 +151,8 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost) {
     return lines;
   });
   sheet.caption = {
-      "h of the scene. A1: h, h/2, h/4, h/8. A3, A5, XPBD, Soft Step: 1 to 64 sub-steps; AVBD: 1 to 80 "
-      "iterations. Published defaults.",
+      "A1 has shorter steps from left to right; at the scene's h A3, A5, XPBD and Soft Step more sub-steps, "
+      "AVBD more iterations. Published defaults.",
       "Down and to the left is better. Below 1 µm and above 10 m (fallen, or diverged) points lie on the "
       "border."};
   return sheet;
