@@ -1,4 +1,4 @@
-# run_or_fail(COMMAND … [WORKING_DIRECTORY …]): what it prints is in `out` of the caller, its failure is the script's.
+# run_or_fail(COMMAND … [WORKING_DIRECTORY …]) runs a command, sets `out` to its output, and stops the script where it fails.
 function(run_or_fail)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err)
   if(NOT result EQUAL 0)
