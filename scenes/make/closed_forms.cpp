@@ -48,31 +48,31 @@ double pendulum_period(double moment, double mass, double gravity, double lever,
 
 std::vector<double> slips_on_shaken_table(double throw_length, double rate, double friction, double gravity,
                                           double duration) {
-  const double most = throw_length * rate * rate;  // of the table's acceleration
-  const double held = friction * gravity;
-  const auto push = [&](double t) { return most * sine_cosine(rate * t).cosine; };  // seen from the table
-  std::vector<double> places;
-  double place = 0;
+  const double peak = throw_length * rate * rate;  // of the table's acceleration
+  const double limit = friction * gravity;         // of the block's acceleration
+  const auto push = [&](double t) { return peak * sine_cosine(rate * t).cosine; };  // seen from the table
+  std::vector<double> positions;
+  double position = 0;
   double time = 0;
   while (time < duration) {
     // The block sticks until the push exceeds friction.
-    if (!(std::fabs(push(time)) > held))
-      time = next_zero([&](double t) { return std::fabs(push(t)) - held; }, time, duration);
+    if (!(std::fabs(push(time)) > limit))
+      time = next_zero([&](double t) { return std::fabs(push(t)) - limit; }, time, duration);
     if (time >= duration) break;
     const double side = push(time) > 0 ? 1 : -1;
     const auto start = sine_cosine(rate * time);
     const auto speed = [&](double t) {
-      return throw_length * rate * (sine_cosine(rate * t).sine - start.sine) - side * held * (t - time);
+      return throw_length * rate * (sine_cosine(rate * t).sine - start.sine) - side * limit * (t - time);
     };
     const double end = next_zero(speed, time, duration);
     if (end >= duration) break;
-    const double lasts = end - time;
-    place += throw_length * (start.cosine - sine_cosine(rate * end).cosine) -
-             throw_length * rate * start.sine * lasts - side * held * lasts * lasts / 2;
-    places.push_back(place);
+    const double slip_time = end - time;
+    position += throw_length * (start.cosine - sine_cosine(rate * end).cosine) -
+                throw_length * rate * start.sine * slip_time - side * limit * slip_time * slip_time / 2;
+    positions.push_back(position);
     time = end;
   }
-  return places;
+  return positions;
 }
 
 }  // namespace substep::scenes

@@ -11,8 +11,8 @@ namespace substep::scenes {
 /// kg, `gravity` across the axis in m/s².
 double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude);
 
-/// Returns the positions, in m from its start, at which a block stops slipping on a table that is at
-/// `throw_length` cos(`rate` t). The block slips at once, or when friction μ cannot hold it.
+/// Returns a block's positions on a table, m from its start, at the ends of its slips. The table is at
+/// `throw_length` cos(`rate` t), m and rad/s; friction accelerates the block by at most μ `gravity`.
 std::vector<double> slips_on_shaken_table(double throw_length, double rate, double friction, double gravity,
                                           double duration);
 

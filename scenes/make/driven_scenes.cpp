@@ -72,7 +72,7 @@ struct JointKinds : GltfBuilder {
 
   /// A body of 1 kg with the moments of a box. `hold` is the joint's point in the body's node; `start` is the
   /// point's pose in the joint's node.
-  struct Piece {
+  struct RigBody {
     Vector3 size;
     Pose start = {};
     Vector3 hold = Vector3::Zero();
@@ -81,17 +81,17 @@ struct JointKinds : GltfBuilder {
   };
 
   /// Adds a rig; `frame` is that of the joint, in another rig's body where there is a carrier.
-  int add(const std::string& name, const Pose& frame, const Piece& piece, const Look& look,
+  int add(const std::string& name, const Pose& frame, const RigBody& rig, const Look& look,
           const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {},
           std::optional<int> carrier = {}) {
     const int fixed = node(name + "_frame", frame, carrier);
-    const int hung = body(name, piece.start * at(-piece.hold),
+    const int hung = body(name, rig.start * at(-rig.hold),
                           {.mass = 1,
-                           .inertia = box_inertia(1, piece.size),
-                           .linear_velocity = piece.linear_velocity,
-                           .angular_velocity = piece.angular_velocity},
+                           .inertia = box_inertia(1, rig.size),
+                           .linear_velocity = rig.linear_velocity,
+                           .angular_velocity = rig.angular_velocity},
                           look, fixed);
-    const int hold = node(name + "_hold", at(piece.hold), hung);
+    const int hold = node(name + "_hold", at(rig.hold), hung);
     joint(fixed, hold, joint_description(limits, drives));
     return hung;
   }
@@ -161,7 +161,7 @@ struct JointKinds : GltfBuilder {
     expect({"spring_slider: period", "velocity", {"spring_slider"}, Y}, crossing(2),
            2 * pi / std::sqrt(30 - 0.25 * 0.25), 0.02, "2π/√(k/m − (c/2m)²)");
     expect({"lifted_block: way along Y at 4 s", "way", {"lifted_block"}, Y}, at_time(4),
-           0.7 - 0.15 - 9.81 / 100, 0.005, "the drive's spring carries m g: target − g/100");
+           0.7 - 0.15 - gravity / 100, 0.005, "the drive's spring carries m g: target − g/100");
     expect({"driven_block: way along X at 4 s", "way", {"driven_block"}, X}, at_time(4),
            0.09 * (4 - 1 / 50.0), 0.005, "v (t − 1/c): it comes to its speed as exp(−c t)");
   }

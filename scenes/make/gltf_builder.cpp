@@ -1,5 +1,6 @@
 #include "gltf_builder.h"
 
+#include "sim/error.h"
 #include "sim/math/base64.h"
 
 namespace substep::scenes {
@@ -136,9 +137,9 @@ int GltfBuilder::accessor(std::string_view bytes, int target, int component_type
 }
 
 int GltfBuilder::geometry(const Mesh& mesh) {
-  std::string positions;
-  std::string normals;
-  std::string indices;
+  const std::size_t count = mesh.positions.size();
+  if (count > 65535) throw Error("a mesh has more vertices than 16-bit indices reach");
+  std::string positions, normals, indices;
   Eigen::AlignedBox3f bounds;
   for (const Vector3& point : mesh.positions) {
     bounds.extend(stored(point));
@@ -148,7 +149,6 @@ int GltfBuilder::geometry(const Mesh& mesh) {
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t vertex : triangle) append_number(indices, static_cast<std::uint16_t>(vertex));
 
-  const std::size_t count = mesh.positions.size();
   const int position = accessor(positions, array_buffer, single_float, "VEC3", count);
   // Bounds are the stored floats exactly, as the specification asks.
   document_["accessors"][position]["min"] = to_json(bounds.min().cast<double>());

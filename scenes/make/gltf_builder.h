@@ -1,8 +1,8 @@
 #pragma once
 /// Builds one glTF 2.0 document with KHR_physics_rigid_bodies, KHR_implicit_shapes and KHR_lights_punctual.
 ///
-/// Everything is referred to by index, as in the file. Positions and normals are stored as 32-bit floats in
-/// one buffer, embedded in base64; all else is JSON numbers that read back to the same double.
+/// Everything is referred to by index, as in the file. One base64 buffer holds positions and normals as
+/// 32-bit floats and indices as 16-bit integers; other numbers are JSON and read back to the same double.
 ///
 /// The file must be the same whatever compiler made it. C++ leaves the order of a call's arguments open, so
 /// no two arguments of one call may append to the same list.
@@ -22,13 +22,13 @@ namespace substep::scenes {
 
 using Json = nlohmann::ordered_json;
 
-/// The look of a surface.
+/// A material of glTF.
 struct Finish {
   std::string_view name;
   std::array<double, 3> color;  ///< linear RGB
   double metallic = 0;
   double roughness = 0.5;
-  bool double_sided = false;  ///< whether open meshes collide on both sides
+  bool double_sided = false;  ///< faces are drawn on both sides, and open meshes collide on both
 };
 
 struct Motion {
@@ -235,7 +235,7 @@ class GltfBuilder {
   /// Joins the −X end of a link of a chain to the node where the chain ends. Returns the node of its +X end.
   int add_link(int number, int body, double length, int end, int joint_description);
 
-  /// Returns the file: one line for each element of each list.
+  /// Returns the file: a line for each key, and for each element of a top-level list of objects.
   std::string text() const;
 
  private:

@@ -112,13 +112,13 @@ struct Cradles : GltfBuilder {
     }
   }
 
-  /// Expects the speed of a ball that has fallen from the angle, less what the gaps take.
+  /// Expects the first speeds after the impacts and constant energy. Each gap takes `loss` of speed².
   void expect_speeds() {
-    const double slowness = 1 + 0.4 * radius * radius / (length * length);
+    const double rotation_factor = 1 + 0.4 * radius * radius / (length * length);
     const double fall = 2 * gravity * length * (1 - sine_cosine(angle).cosine);
-    const double arrives = std::sqrt(fall / slowness);
+    const double arrives = std::sqrt(fall / rotation_factor);
     const double beyond = 0.03 / length;
-    const double taken = 2 * gravity * length * (1 - std::sqrt(1 - beyond * beyond)) / slowness;
+    const double loss = 2 * gravity * length * (1 - std::sqrt(1 - beyond * beyond)) / rotation_factor;
     const auto expect_speed = [&](const std::string& name, const std::vector<std::string>& bodies, int side,
                                   double speed) {
       expect({name, "velocity", bodies, Vector3(side, 0, 0)}, peak(1), speed, 0.05 * arrives,
@@ -126,7 +126,7 @@ struct Cradles : GltfBuilder {
     };
     expect_speed("touching_1: first speed back", {"touching_1"}, -1, 0.6 * arrives);
     expect_speed("touching_2 … touching_5: first speed", numbered("touching", 2, 5), 1, 0.4 * arrives);
-    expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * taken));
+    expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * loss));
     expect_constant_energy(0.05 * fall, "restitution 1 and no friction: nothing is lost");
   }
 
@@ -148,7 +148,7 @@ GltfBuilder dominoes() {
 
   const Collider collider{gltf.box_shape(size), gltf.physics_material(0.5)};
   const int tile = gltf.geometry(cuboid(size, 0.012));
-  // A bar and pips on both faces, as dominoes have.
+  // Draw a bar and pips on both faces, as dominoes have.
   Mesh pips;
   for (const int face : {-1, 1}) {
     const double x = face * (size.x() / 2 - 0.002);

@@ -14,9 +14,8 @@ Vector3 rod_inertia(double mass, double length, double radius) {
   return {mass * radius * radius / 2, across, across};
 }
 
-/// Draws a rod along X, with a ball round the joint at the −X end. `size` scales all but the length.
+/// Returns a rod along X with a bead near each end and a rounded +X end. `size` scales all but the length.
 Mesh rod_shaft(double length, double size) {
-  // A bead near each end, as a turner would leave it.
   const double half = length / 2;
   const double r = 0.028 * size;
   const double bead = 0.037 * size;
@@ -90,7 +89,7 @@ GltfBuilder pendulum() {
   GltfBuilder gltf("pendulum", {.duration = 5},
                    {.eye = {0.5, 1.05, 3.0}, .target = {0, 0.80, 0}, .yfov = 0.56});
 
-  // The hinge's eye, seen along its axis.
+  // Make the hinge's eye, a ring about the hinge's axis.
   const Mesh eye = turned({corner(0.022, -0.03, 0.004), corner(0.05, -0.03, 0.008), corner(0.05, 0.03, 0.008),
                            corner(0.022, 0.03, 0.004)},
                           32, true);
@@ -103,7 +102,7 @@ GltfBuilder pendulum() {
   const int pivot = add_post(gltf, height, 0.8);
   gltf.joint(gltf.node("hinge", at(-length / 2, 0, 0), body), pivot, gltf.hinge());
 
-  const double period = pendulum_period(length * length / 3, 1, 9.81, length / 2, pi / 2);
+  const double period = pendulum_period(length * length / 3, 1, gravity, length / 2, pi / 2);
   gltf.expect({"time of two and a half swings", "angular_velocity", {"rod"}, Z}, crossing(5), 2.5 * period,
               0.02 * 2.5 * period, "T = 4 √(2 L/3 g) K(sin 45°)");
   gltf.expect_constant_energy(
@@ -133,7 +132,7 @@ GltfBuilder heavy_chain() {
                                {.mass = 1, .inertia = rod_inertia(1, length, 0.02)}, looks[i % 2], frame);
     end = gltf.add_link(i + 1, body, length, end, joint);
   }
-  // An equator and a shackle, so that the ball's turning can be seen.
+  // Draw an equator and a shackle, so that the ball's turning can be seen.
   const Mesh belt = turned({corner(radius * 0.9, -0.03, 0.004), corner(radius * 1.02, -0.03, 0.012),
                             corner(radius * 1.02, 0.03, 0.012), corner(radius * 0.9, 0.03, 0.004)},
                            40, true);
@@ -152,9 +151,8 @@ GltfBuilder heavy_chain() {
   return gltf;
 }
 
-/// Returns the times in s at which a free body's angular velocity about its own axis Y changes its sign, by
-/// Euler's equations. `moments` are the principal ones, kg·m²; `rate` is the angular velocity at the start,
-/// rad/s.
+/// Returns the times, s, at which a free body's rate about its own Y changes its sign, by Runge-Kutta steps
+/// of Euler's equations. `moments`, kg·m², are principal; `rate`, rad/s, is that at the start.
 std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, double duration) {
   constexpr double step = 1e-3;
   const auto change = [&](const Vector3& w) {
@@ -224,7 +222,7 @@ GltfBuilder tumbling_body() {
   return gltf;
 }
 
-/// Leaning gates on 1, 2, 5 and 10 redundant hinges.
+/// Leaning gates on 1, 2, 5 and 10 hinges, all but one redundant.
 struct Door : GltfBuilder {
   Door()
       : GltfBuilder("door", {.duration = 4, .poster = 0.9},
@@ -236,7 +234,7 @@ struct Door : GltfBuilder {
     const double lever = clearance + leaf.x() / 2;
     const double moment = 20 * ((leaf.x() * leaf.x() + leaf.z() * leaf.z()) / 12 + lever * lever);
     const auto [sine, cosine] = sine_cosine(lean);
-    const double period = pendulum_period(moment, 20, 9.81 * sine, lever, open);
+    const double period = pendulum_period(moment, 20, gravity * sine, lever, open);
     for (const int count : {1, 2, 5, 10}) {
       const std::string name = numbered("hinges", count);
       expect({name + ": period", "angular_velocity", {name}, Vector3(sine, cosine, 0)}, crossing(2), period,

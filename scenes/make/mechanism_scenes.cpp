@@ -22,11 +22,12 @@ Mesh pin(const Vector3& point, int axis, double length, double radius) {
   return Pose{point, shortest_rotation(Y, Vector3::Unit(axis))} * rod(length, radius, radius / 8, 24);
 }
 
-/// From a hinge's frame, whose Z is its axis, to the node's.
+/// Returns the rotation from a hinge's frame, whose +Z is the axis, to the node's.
 Quaternion hinge_about(int axis) {
   return shortest_rotation(Z, Vector3::Unit(axis));
 }
 
+/// Returns a square post on a plate that reaches from the ground to `height`.
 Mesh foot(double height, double thickness, const Vector3& point) {
   return at(point.x(), height / 2, point.z()) * cuboid({thickness, height, thickness}, 0.012) +
          at(point.x(), 0.03, point.z()) * cuboid({0.5, 0.06, 0.5}, 0.02);
@@ -127,7 +128,7 @@ GltfBuilder four_bar() {
   }
   // All cranks turn as one: a pendulum that swings by 150° from its lowest position.
   const double moment = (cells + 1) * (inertia.z() + 0.25 * length * length) + cells * length * length;
-  const double period = pendulum_period(moment, (cells + 1) * 0.5 + cells, 9.81, length, pi - leaning);
+  const double period = pendulum_period(moment, (cells + 1) * 0.5 + cells, gravity, length, pi - leaning);
   gltf.expect({"period", "angular_velocity", {"crank_0"}, Z}, crossing(2), period, 0.02 * period,
               "all cranks turn as one pendulum: T = 4 √(I/(w l)) K(sin 75°)");
   return gltf;
@@ -151,7 +152,8 @@ struct Governor : GltfBuilder {
                             {.mass = 3, .inertia = box_inertia(3, cube), .angular_velocity = {0, rate, 0}},
                             {{cuboid(cube, 0.012), finish::mustard}});
     const int slides = joint_description({locked(linear, {0, 2}), locked(angular, {0, 1, 2})});
-    joint(node("sleeve", {}, slider), node("guide", {}, shaft), slides);
+    const int guide = node("guide", {}, shaft);
+    joint(node("sleeve", {}, slider), guide, slides);
     add_arms(shaft, slider);
     expect({"slider: height at 2 s", "position", {"slider"}, Y}, at_time(2), 0.684838792523, 0.01,
            "Lagrange's equations of the shaft's and the arms' angles and the slider's height");
@@ -239,6 +241,7 @@ struct Squeezer : GltfBuilder {
   static constexpr double scale = 10;
   static constexpr double slow = 100;
   static constexpr double height = 0.45;  // of the crank's axis
+  // Angles of the bodies at the start, rad, with the benchmark's names.
   static constexpr double beta = -0.0617138900142764, gamma = 0.455279819163070, phi = 0.222668390165886,
                           delta = 0.487364979543843, omega = -0.222668390165886, epsilon = 1.23054744454982;
 
@@ -294,7 +297,7 @@ struct Squeezer : GltfBuilder {
               cuboid({along.norm(), 0.028, 0.013}, 0.003, 2);
     }
     if (name == "crank") bars += at(local(0) + up) * upright * rod(0.014, 0.06, 0.003, 40);
-    // The body moves in the plane only: its other moments are infinite.
+    // A moment of 0 is infinite in the format: the body turns about Z alone.
     const int index = body(name, pose, {.mass = mass, .inertia = Vector3(0, 0, moment * scale * scale)},
                            {{bars, paint}, {pins, finish::brass}}, plane_);
     links_.push_back({name, pose, angle, index});

@@ -43,7 +43,7 @@ void add_fillet(std::vector<ProfileVertex>& run, const Vector3& corner, const Ve
   // one.
   const double side = before.cross(after).z() > 0 ? 1 : -1;
   const Vector3 centre = corner - side * fillet * (before + after) / (1 + before.dot(after));
-  // Small fillets only catch the light: few vertices do.
+  // Give sharp turns and large fillets more vertices.
   const int halvings = (before.dot(after) > 0.75 ? 1 : 2) + (fillet > 0.04 ? 1 : 0);
   for (const Vector3& normal : arc(before, after, halvings)) {
     const Vector3 position = centre + side * fillet * normal;

@@ -8,7 +8,7 @@
 namespace substep::scenes {
 namespace {
 
-constexpr std::array kapla_woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
+constexpr std::array box_woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
 
 /// Returns a view from the front, above and slightly right; the picture holds `size`, m.
 Stage stage_of(const Vector3& target, double size, double friction) {
@@ -55,8 +55,7 @@ void join(GltfBuilder& gltf, int joint, int body, const Vector3& on_body, int pa
   gltf.joint(end, gltf.node("end", at(on_parent), parent), joint);
 }
 
-constexpr double dvi_gravity = 9.81;
-constexpr double dvi_step = 0.002;
+constexpr double dvi_step = 0.002;  // s, of Newton's DVI tests
 
 /// Expects the speed and the distance after `steps` steps, each of which adds `acceleration` times the step
 /// to the speed.
@@ -68,6 +67,7 @@ void expect_sums(GltfBuilder& gltf, const std::string& body, const Vector3& dire
               speed * time + acceleration * dvi_step * dvi_step * steps * (steps + 1) / 2, 1e-5, source);
 }
 
+/// Returns SimBenchmark's Kapla tower: six floors of eight base bricks and nine wall bricks.
 GltfBuilder kapla_with(std::string_view name, double friction) {
   constexpr int floors = 6;
   constexpr double seconds = 600;
@@ -95,8 +95,8 @@ GltfBuilder kapla_with(std::string_view name, double friction) {
   return gltf;
 }
 
-/// Returns the chain along +X of the AVBD demo. `weight`: x of its last body, the cube, m.
-GltfBuilder heavy_rope_with(std::string_view name, double weight) {
+/// Returns the AVBD demo's chain along +X. `weight_x`: x of the centre of its last body, a cube, m.
+GltfBuilder heavy_rope_with(std::string_view name, double weight_x) {
   constexpr int bodies = 20;
   constexpr double cube = 5;
   constexpr double height = 29.5;  // above the ground
@@ -112,7 +112,7 @@ GltfBuilder heavy_rope_with(std::string_view name, double weight) {
     const bool is_last = i == bodies - 1;
     const std::string body = is_last ? "weight" : numbered("link", i);
     const int node = (is_last ? cubes : links)
-                         .add(body, at(is_last ? weight : i, height, 0),
+                         .add(body, at(is_last ? weight_x : i, height, 0),
                               {.mass = is_last ? cube * cube * cube : link.prod()});
     join(gltf, joint, node, {is_last ? -cube / 2 : -0.5, 0, 0}, parent, {0.5, 0, 0});
     parent = node;
@@ -125,6 +125,7 @@ GltfBuilder heavy_rope_with(std::string_view name, double weight) {
   return gltf;
 }
 
+/// Returns ContactBench's cube of 1000 kg on one of 1 g; `gap`, m, is below the light cube, 2 `gap` above.
 GltfBuilder million_with(std::string_view name, double gap) {
   constexpr double side = 0.2;
   constexpr std::string_view source = "ContactBench, 2cubes.py: the paper's ill-conditioned case";
@@ -199,23 +200,21 @@ GltfBuilder five_boxes() {
 
 GltfBuilder sliding_boxes() {
   constexpr double speed = 3;
-  GltfBuilder gltf("sliding_boxes",
-                   {.duration = 50 * dvi_step, .gravity = {0, -dvi_gravity, 0}, .step = dvi_step},
+  GltfBuilder gltf("sliding_boxes", {.duration = 50 * dvi_step, .step = dvi_step},
                    stage_of({0.2, 0.1, 0}, 1.6, 1));
   int number = 0;
   for (const double friction : {0.1, 0.3, 0.8}) {
     const std::string name = numbered("box", ++number);
-    Kind(gltf, name, Vector3::Constant(0.2), kapla_woods[static_cast<std::size_t>(number)], friction)
+    Kind(gltf, name, Vector3::Constant(0.2), box_woods[static_cast<std::size_t>(number)], friction)
         .add(name, at(0, 0.1, 0.5 * (number - 2)), {.mass = 1, .linear_velocity = {speed, 0, 0}});
-    expect_sums(gltf, name, X, speed, -friction * dvi_gravity, 50,
+    expect_sums(gltf, name, X, speed, -friction * gravity, 50,
                 "Newton, test_kamino_solvers_dvi.py 08d2: the sums of the steps");
   }
   return gltf;
 }
 
 GltfBuilder slopes() {
-  GltfBuilder gltf("slopes", {.duration = 100 * dvi_step, .gravity = {0, -dvi_gravity, 0}, .step = dvi_step},
-                   stage_of({0, 0.5, 0}, 2.2, 1));
+  GltfBuilder gltf("slopes", {.duration = 100 * dvi_step, .step = dvi_step}, stage_of({0, 0.5, 0}, 2.2, 1));
   for (const bool slides : {false, true}) {
     const std::string name = slides ? "sliding" : "resting";
     const double friction = slides ? 0.3 : 0.7;
@@ -227,7 +226,7 @@ GltfBuilder slopes() {
         .add(name, surface * at(0, 0.1, 0), {.mass = 1});
     const double sine = -downhill.y();
     const double cosine = downhill.x();
-    expect_sums(gltf, name, downhill, 0, slides ? dvi_gravity * (sine - friction * cosine) : 0, 100,
+    expect_sums(gltf, name, downhill, 0, slides ? gravity * (sine - friction * cosine) : 0, 100,
                 "Newton, test_kamino_solvers_dvi.py 08d4: the sums of the steps");
   }
   return gltf;
@@ -239,8 +238,7 @@ GltfBuilder rolling_ball() {
   constexpr double rolling = speed / 1.4;  // of a solid ball
   constexpr double time = 0.232;
   constexpr std::string_view source = "Newton, test_kamino_solvers_dvi.py 08e: rolling without slip";
-  GltfBuilder gltf("rolling_ball", {.duration = time, .gravity = {0, -dvi_gravity, 0}, .step = 0.001},
-                   stage_of({0.2, 0.1, 0}, 1, 0.5));
+  GltfBuilder gltf("rolling_ball", {.duration = time, .step = 0.001}, stage_of({0.2, 0.1, 0}, 1, 0.5));
   Kind(gltf, "ball", gltf.sphere_shape(radius), ball(radius), finish::mustard, 0.5)
       .add("ball", at(0, radius, 0), {.mass = 1, .linear_velocity = {speed, 0, 0}});
   gltf.expect({"", "velocity", {"ball"}, X}, at_time(time), rolling, 1e-4, source);
@@ -254,7 +252,7 @@ GltfBuilder growing_cubes() {
                    stage_of({0, 7.5, 0}, 19, friction));
   double bottom = 0;
   double side = 1;
-  for (const Finish& wood : kapla_woods) {
+  for (const Finish& wood : box_woods) {
     const std::string name = numbered("cube", static_cast<int>(side));
     Kind(gltf, name, Vector3::Constant(side), wood, friction)
         .add(name, at(0, bottom + side / 2, 0), {.mass = side * side * side});
@@ -274,7 +272,7 @@ GltfBuilder friction_ways() {
     // The demo's pair has the geometric mean; here the ground has more friction than any box.
     const double friction = std::sqrt(0.5 * (5 - 0.5 * i));
     const std::string name = numbered("box", i);
-    Kind(gltf, name, {1, 0.5, 1}, kapla_woods[static_cast<std::size_t>(i) % 4], friction)
+    Kind(gltf, name, {1, 0.5, 1}, box_woods[static_cast<std::size_t>(i) % 4], friction)
         .add(name, at(0, 0.25, 2 * (i - 5)), {.mass = 0.5, .linear_velocity = {speed, 0, 0}});
     const double way = i == 10 ? speed * seconds : speed * speed / (20 * friction);
     gltf.expect({"", "way", {name}, X}, at_time(seconds), way, 0.01 * way,

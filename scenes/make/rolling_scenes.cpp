@@ -139,7 +139,7 @@ struct Funnel : GltfBuilder {
     for (int i = 0; i <= 36; ++i) {
       const double root = std::sqrt(1 / rim) + i / 36.0 * (std::sqrt(1 / hole) - std::sqrt(1 / rim));
       const double r = 1 / (root * root);
-      line_.push_back(sloping(r, height - k / r, k / (r * r)));
+      line_.push_back(sloping(r, height - k / r, slope_at(r)));
     }
     add_sheets();
     add_stand();
@@ -206,11 +206,13 @@ struct Funnel : GltfBuilder {
     scenery("stand", {{stand, finish::walnut}});
   }
 
-  /// Returns the centre of a ball that touches the funnel at distance r from the axis, and the slope there.
+  static double slope_at(double r) { return k / (r * r); }
+
+  /// Returns the centre of a ball that touches the funnel at distance r from the axis, in the plane z = 0.
   static Vector3 resting(double r, double radius) {
-    const double slope = k / (r * r);
+    const double slope = slope_at(r);
     const double length = std::sqrt(1 + slope * slope);
-    return {r - radius * slope / length, height - k / r + radius / length, slope};
+    return {r - radius * slope / length, height - k / r + radius / length, 0};
   }
 
   /// Adds a ball that circles on a ring, counted from the rim.
@@ -222,7 +224,7 @@ struct Funnel : GltfBuilder {
     const Vector3 centre = resting(r, planet_radius);
     const double distance = centre.x();
     // On a circle the component of gravity along the slope is the centripetal force.
-    const double speed = std::sqrt(9.81 * centre.z() * distance);
+    const double speed = std::sqrt(gravity * slope_at(r) * distance);
     const int planet =
         body(name, turn(Y, angle) * at(distance, centre.y() - sunk, 0),
              {.mass = 1, .linear_velocity = {0, 0, -speed}}, {planet_shape_, slick_}, {{planet_, paint}});
@@ -254,7 +256,7 @@ struct Funnel : GltfBuilder {
     const Mesh cone = turned({corner(0, -half), corner(radius, -half, 0.002), corner(0, half)}, 40);
     const int look = mesh("cone", {{cone, finish::teal}});
     const Vector3 foot = resting(0.70, 0);
-    const double slope = foot.z();
+    const double slope = slope_at(0.70);
     const double length = std::sqrt(1 + slope * slope);
     // Stand the cone along the normal, its base just above the facets.
     const double half_cosine = std::sqrt((1 + 1 / length) / 2);
@@ -273,7 +275,7 @@ struct Funnel : GltfBuilder {
   int planet_ = 0;
 };
 
-/// A wheel with blades that balls turn.
+/// A bladed wheel, turned by balls that fall onto it from a chute.
 struct WaterWheel : GltfBuilder {
   WaterWheel()
       : GltfBuilder("water_wheel", {.duration = 6, .poster = 2.6},
@@ -286,7 +288,7 @@ struct WaterWheel : GltfBuilder {
     add_chute();
     const auto [sine, cosine] = sine_cosine(0.14);
     expect({"ball_20: way down the chute at 1 s", "way", {"ball_20"}, Vector3(cosine, -sine, 0)}, at_time(1),
-           5.0 / 7 * 9.81 * sine / 2, 0.025, "a solid ball rolls with 5/7 g sin θ");
+           5.0 / 7 * gravity * sine / 2, 0.025, "a solid ball rolls with 5/7 g sin θ");
     expect_no_gain(6, "nothing drives the wheel; the balls' fall is worth 600 J");
   }
 

@@ -47,7 +47,7 @@ GltfBuilder incline() {
     gltf.body(name, at(-2.6, size.y() / 2, z), {.mass = 10}, {shape, gltf.physics_material(friction)},
               {{block, paint}}, slope);
     z += 0.9;
-    const double gain = 9.81 * (sine - friction * cosine);
+    const double gain = gravity * (sine - friction * cosine);
     if (gain < 0) {
       gltf.expect({name + ": largest displacement", "displacement", {name}}, any_time, 0, 0.001,
                   "Coulomb: it stays, since tan 30° < μ");
@@ -158,8 +158,8 @@ struct RockSlide : GltfBuilder {
     mesh.triangles.push_back({base, base + 1, base + 2});
   }
 
-  /// Returns 3 (rock) for steep triangles, 2 (scree) near the bed of the stream, else 1 (meadow) or 0
-  /// (grass).
+  /// Returns the index of a triangle's cover in add_valley(): 0 grass, 1 meadow, 2 scree near the stream's
+  /// bed, 3 cliff where steep.
   static std::size_t cover_of(const Vector3& a, const Vector3& b, const Vector3& c) {
     const Vector3 normal = (b - a).cross(c - a).normalized();
     const Vector3 centre = (a + b + c) / 3;

@@ -128,7 +128,7 @@ struct Turntable : GltfBuilder {
     body(name, turn(Y, angle) * at(distance, top + 0.05, 0),
          {.mass = 1, .linear_velocity = {0, 0, -rate * distance}, .angular_velocity = {0, rate, 0}}, solid,
          look);
-    if (rate * rate * distance < 0.5 * 9.81) {
+    if (rate * rate * distance < 0.5 * gravity) {
       expect({name + ": distance from the axis", "distance", {name}, Y}, any_time, distance, 0.02,
              "it stays, since Ω² r < μ g");
     } else {
@@ -142,7 +142,6 @@ GltfBuilder euler_disk() {
   constexpr double radius = 0.3;
   constexpr double thickness = 0.02;
   constexpr double tilt = 0.35;
-  constexpr double gravity = 9.81;
   constexpr double top = 0.06;
 
   GltfBuilder gltf("euler_disk", {.duration = 3, .poster = 0.25},
