@@ -1,12 +1,12 @@
-# cpack includes this: the package depends on the libraries of the program, and recommends those of the engines' modules,
-# without which all but the engines run. OSMesa, too, is loaded by name, but without it nothing is drawn.
+# Included by cpack. The package depends on the program's libraries and OSMesa, which the program loads at run time. It
+# recommends the libraries of the engines' modules.
 find_program(shlibdeps dpkg-shlibdeps)
 if(NOT shlibdeps)
   message(FATAL_ERROR "the package needs dpkg-shlibdeps: on Debian, apt-get install dpkg-dev")
 endif()
 file(GLOB modules ${CPACK_SUBSTEP_MODULES}/*.so)
 list(TRANSFORM modules PREPEND -e)
-# It wants to stand in the folder of a package's sources.
+# dpkg-shlibdeps must run in a folder that has debian/control.
 set(folder ${CPACK_PACKAGE_DIRECTORY}/shlibdeps)
 file(WRITE ${folder}/debian/control "")
 execute_process(COMMAND ${shlibdeps} -O --ignore-missing-info -e${CPACK_SUBSTEP_PROGRAM} -dRecommends ${modules}
