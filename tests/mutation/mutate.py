@@ -158,7 +158,11 @@ class Workshop:
         for command in json.loads((self.build / "compile_commands.json").read_text()):
             self.commands[command["file"]] = shlex.split(command["command"])
         targets = sorted({program.name for file in files for program in self.programs_of(file) if program.suffix != ".py"})
-        subprocess.run(["ninja", "-C", self.build, "substep", *targets], check=True, stdout=sys.stderr)
+        subprocess.run(["ninja", "-C", self.build, "substep", "make_scenes", *targets], check=True, stdout=sys.stderr)
+        # Tests of published results read pyramids here, which CTest makes before.
+        made = TREE / "build/scenes/made"
+        made.mkdir(parents=True, exist_ok=True)
+        subprocess.run([self.build / "scenes/make_scenes", made], check=True, stdout=subprocess.DEVNULL)
 
     def programs_of(self, file: str) -> list[pathlib.Path]:
         folders = next(folders for prefix, folders in TESTS if (file + "/").startswith(prefix + "/"))
