@@ -191,6 +191,8 @@ TEST(MeasurementTables, HaveRowForEachRun) {
   EXPECT_THAT(compact, testing::AllOf(HasSubstr("h=1/60, n=10."), HasSubstr("Known figures: ")));
   for (MeasuredSettings& run : measurement.runs) run.times = RunTimes{0.001, 0.0009, 0.0011, 3, {1, 2, 3, 4}};
   EXPECT_THAT(to_text(measurement, true, false), HasSubstr("CPU time"));
+  EXPECT_THAT(to_text(measurement, true, true),
+              HasSubstr("\n| A5  n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60 | "));
 }
 
 TEST(StageTimes, ArePositiveForEachStage) {
