@@ -237,15 +237,17 @@ TEST(Refusal, RefusesOtherFiles) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path() / "folder.gltf");
   const std::string deep = "{\"extras\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}";
-  for (const auto& [name, content] : {std::pair<const char*, std::string>{"empty.gltf", ""},
-                                      {"empty.glb", ""},
-                                      {"blank.gltf", " \n "},
-                                      {"scene.txt", "hello"},
-                                      {"text.gltf", "hello"},
-                                      {"number.gltf", "1"},
-                                      {"bytes.gltf", "{\"asset\": \"\xff\"}"},
-                                      {"nan.gltf", "{\"asset\": NaN}"},
-                                      {"deep.gltf", deep}}) {
+  for (const auto& [name, content] :
+       {std::pair<const char*, std::string>{"empty.gltf", ""},
+        {"empty.glb", ""},
+        {"blank.gltf", " \n "},
+        {"scene.txt", "hello"},
+        {"text.gltf", "hello"},
+        {"number.gltf", "1"},
+        {"bytes.gltf", "{\"asset\": \"\xff\"}"},
+        {"nan.gltf", "{\"asset\": NaN}"},
+        {"twice.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scene": 0})"},
+        {"deep.gltf", deep}}) {
     folder.write(name, content);
   }
   for (const auto& row : rows(R"(
@@ -262,6 +264,7 @@ TEST(Refusal, RefusesOtherFiles) {
     number.gltf | is JSON, but not an object
     bytes.gltf | is not valid JSON
     nan.gltf | is not valid JSON
+    twice.gltf | the key 'scene' stands twice in one object
     deep.gltf | its JSON is nested deeper than 64 levels after the key 'extras')")) {
     EXPECT_THAT(complaint(folder.path() / row[0]), HasSubstr(row[0] + ": " + row[1]));
   }
