@@ -125,11 +125,9 @@ struct Simulation::Implementation {
     const double shortest = 1e-6 * equal_part;
     start_q = state.q;
     start_v = state.v;
-    const StepReport::Status earlier = report.status;
-    const double earlier_residual = report.residual;
+    const StepReport earlier = report;
     for (double part = rest;;) {
-      report.status = earlier;
-      report.residual = earlier_residual;
+      report = earlier;
       const bool is_last = ++tried_parts >= most_parts;
       find_contacts(part, is_last);
       double sooner = is_last ? part : std::max(finder.first_timed_impact(), shortest);
@@ -144,7 +142,7 @@ struct Simulation::Implementation {
           state.contacts.swap(remembered);
           state.patches.swap(remembered_patches);
           state.joint_forces.swap(remembered_joints);
-          if (report.status == StepReport::Status::unsolved && earlier != report.status)
+          if (report.status == StepReport::Status::unsolved && earlier.status != report.status)
             first_unsolved = work.mlcp;
           return part;
         }

@@ -221,11 +221,8 @@ ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tab
   if ((collider.shape >= 0) + (collider.node >= 0) + (collider.mesh >= 0) != 1) {
     geometry.fail("must have one of 'shape', 'node' and 'mesh'");
   }
-  if (collider.shape < 0) {
-    geometry.read("convexHull", collider.convex_hull, &JsonValue::boolean);
-  } else if (geometry.find("convexHull")) {
-    geometry.warn("convexHull has no effect beside 'shape'");
-  }
+  geometry.read("convexHull", collider.convex_hull, &JsonValue::boolean);
+  if (collider.shape >= 0 && collider.convex_hull) geometry.warn("convexHull has no effect beside 'shape'");
   if (collider.shape >= 0 && tables.shapes[collider.shape].kind == Kind::mesh) {
     collider.mesh = tables.shapes[collider.shape].mesh;
     collider.convex_hull = tables.shapes[collider.shape].convex_hull;
