@@ -1,5 +1,5 @@
 # Included by cpack. The package depends on the program's libraries and OSMesa, which the program loads at run time. It
-# recommends the libraries of the engines' modules.
+# recommends the libraries of the engines' modules, and ffmpeg, which writes films.
 find_program(shlibdeps dpkg-shlibdeps)
 if(NOT shlibdeps)
   message(FATAL_ERROR "the package needs dpkg-shlibdeps: on Debian, apt-get install dpkg-dev")

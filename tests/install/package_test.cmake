@@ -1,5 +1,5 @@
-# cmake -D CPACK=… -D BUILD=… -D FOLDER=… -P package_test.cmake: the package holds the program, names the libraries that
-# it needs, recommends the engines that it can run, and what is unpacked of it makes a suite and runs an engine.
+# cmake -D CPACK=… -D SCENE=… -D ENGINES=… -D BUILD=… -D FOLDER=… -P package_test.cmake: the package holds the program,
+# names the libraries that it needs and recommends ENGINES; the unpacked program writes a suite and runs ODE.
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 
 file(REMOVE_RECURSE ${FOLDER})

@@ -1,11 +1,11 @@
 # cmake -D program=… -D source=… -D build=… -D compiler=… -D body_steps=… -P same_bits.cmake
 #
-# Fails when the state hashes of all scenes differ between `program` and
+# Fails where the state hashes of a scene in scenes/, published/ left out, differ between `program` and
 # - itself without AVX2 and FMA in the C library's eyes,
 # - the same source, built with `compiler` at -O1.
 
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
-file(GLOB scenes ${source}/scenes/*.gltf ${source}/scenes/*.glb)
+file(GLOB scenes ${source}/scenes/*.gltf)
 
 function(hashes result)
   run_or_fail(${ARGN} ${body_steps} ${scenes})

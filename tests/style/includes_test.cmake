@@ -4,10 +4,10 @@ cmake_minimum_required(VERSION 3.25)
 set(order sim/error.h sim/execution sim/math sim/geometry sim/scene sim/model sim/direct sim/constraints sim/descendants sim sim/log sim/loading
   sim/measure sim/study sim/study/engines sim/commands render render/video render/player render/report render/site render/commands
   golden/compare golden/suite golden/report golden/check golden/approval golden/commands golden)
-# A pair that needs each other stands at one level: sweeps run engines, which are steppers of a sweep.
+# These folders include each other and count as one: sweeps run engines, and engines implement the steppers of sweeps.
 set(same sim/study sim/study/engines)
 
-function(place path result)
+function(position_in_order path result)
   cmake_path(GET path PARENT_PATH folder)
   list(FIND order ${path} found)
   if(found LESS 0)
@@ -24,7 +24,7 @@ file(GLOB_RECURSE files RELATIVE ${source} ${source}/sim/*.h ${source}/sim/*.cpp
 set(faults)
 set(arrows 0)
 foreach(file IN LISTS files)
-  place(${file} from)
+  position_in_order(${file} from)
   if(from LESS 0)
     list(APPEND faults "${file}: its folder has no place in the order")
   endif()
@@ -39,7 +39,7 @@ foreach(file IN LISTS files)
       list(APPEND faults "${file} includes ${included}, which is not there")
       continue()
     endif()
-    place(${included} to)
+    position_in_order(${included} to)
     math(EXPR arrows "${arrows} + 1")
     if(to LESS 0 OR to GREATER from)
       list(APPEND faults "${file} includes ${included}, of a later folder")
