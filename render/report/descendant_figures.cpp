@@ -151,7 +151,7 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost) {
     return lines;
   });
   sheet.caption = {
-      "A1 has shorter steps from left to right; at the scene's h A3, A5, XPBD and Soft Step more sub-steps, "
+      "A1's steps shorten along its line; at the scene's h A3, A5, XPBD and Soft Step take more sub-steps, "
       "AVBD more iterations. Published defaults.",
       "Down and to the left is better. Below 1 µm and above 10 m (fallen, or diverged) points lie on the "
       "border."};
