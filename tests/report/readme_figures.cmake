@@ -5,7 +5,7 @@ file(MAKE_DIRECTORY ${folder})
 run_or_fail(${program} sweep scenes/sweep.toml --no-cache --output ${folder}/sweep WORKING_DIRECTORY ${source})
 run_or_fail(${program} sweep scenes/descendants.toml --no-cache --output ${folder}/descendants
   WORKING_DIRECTORY ${source})
-foreach(name work-rows mass-ratio descendants-rows warm-start needed-substeps avbd-stability soft-rows stability
+foreach(name descendants-rows warm-start needed-substeps avbd-stability soft-rows stability
     coupled-rows)
   string(REPLACE "-" "_" file ${name})
   set(results sweep)
