@@ -233,11 +233,21 @@ double rank_of(const PublishedFigure& line) {
   return line.missed_by.empty() ? worst : above_all_errors + worst;
 }
 
-/// Returns a table with a row for each figure, at most the four of highest rank, and a column for each run's
+TextTable transposed(const TextTable& table) {
+  TextTable result{{table.head.front()}, {}};
+  for (const std::vector<std::string>& row : table.rows) result.head.push_back(row.front());
+  for (std::size_t column = 1; column < table.head.size(); ++column) {
+    result.rows.push_back({table.head[column]});
+    for (const std::vector<std::string>& row : table.rows) result.rows.back().push_back(row[column]);
+  }
+  return result;
+}
+
+/// Returns a table with a column for each figure, at most the four of highest rank, and a row for each run's
 /// algorithm.
 TextTable figures_table(const PublishedMeasurement& measurement) {
   constexpr std::size_t most = 4;
-  TextTable table{{"figure", "expected"}, {}};
+  TextTable table{{"", "expected"}, {}};  // a row for each figure until it is transposed
   std::vector<double> ranks;
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
@@ -267,7 +277,7 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
     table.rows.erase(table.rows.begin() + least);
     ranks.erase(ranks.begin() + least);
   }
-  return table;
+  return transposed(table);
 }
 
 }  // namespace
