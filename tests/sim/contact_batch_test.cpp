@@ -455,6 +455,30 @@ TEST(ContactPatches, ConvergeToTheirLaws) {
   EXPECT_LT(worst.direction, 1e-4);      // measured 2.7e-5, in one; 6e-10 in all others
 }
 
+TEST(ContactPatches, TakeTheWrenchOfTheirPoints) {
+  const Quaternion turned = rotation_quaternion({0.4, -0.7, 0.2});
+  const Matrix3 axes = turned.toRotationMatrix();
+  std::vector<Contact> contacts(4, Contact{});
+  Vector3 force = Vector3::Zero();
+  for (int i = 0; i < 4; ++i) {
+    Contact& contact = contacts[i];
+    contact.friction = 0.5;
+    contact.normal_b = axes.col(0);
+    contact.tangent_b1 = axes.col(1);
+    contact.tangent_b2 = axes.col(2);
+    contact.arm_a = contact.arm_b = axes * Vector3(0.1, i % 2 == 0 ? 0.3 : -0.2, i < 2 ? 0.4 : -0.1);
+    contact.force = {2.0 + i, 0.3 * i - 0.5, 0.7 - 0.2 * i};
+    force += contact.force;
+  }
+  const auto shape = patch_shape(contacts.data(), 4, {}, {});
+  ASSERT_TRUE(shape);
+  Vector3 torque = Vector3::Zero();
+  for (const Contact& contact : contacts)
+    torque += axes.transpose() * (contact.arm_b - shape->arm_b).cross(axes * contact.force);
+  const double expected[6] = {force[0], torque[1], torque[2], force[1], force[2], torque[0]};
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(shape->force[k], expected[k], 1e-14) << k;
+}
+
 TEST(ContactBatches, ManifoldsOfOneBatchShareNoMovingBody) {
   const Scene scene = scene_named("stone_pyramid");
   const Model model = build_model(scene);
