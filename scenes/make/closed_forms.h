@@ -11,8 +11,8 @@ namespace substep::scenes {
 /// kg, `gravity` across the axis in m/s².
 double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude);
 
-/// Returns a block's positions on a table, m from its start, at the ends of its slips. The table is at
-/// `throw_length` cos(`rate` t), m and rad/s; friction accelerates the block by at most μ `gravity`.
+/// Returns a block's positions on a table, m from its start, at the ends of its slips before `duration`, s.
+/// The table is at `throw_length` cos(`rate` t), m and rad/s. Friction accelerates a block by ≤ μ `gravity`.
 std::vector<double> slips_on_shaken_table(double throw_length, double rate, double friction, double gravity,
                                           double duration);
 

@@ -42,8 +42,8 @@ struct JointKinds : GltfBuilder {
   const AxesLimit on_hinge = locked(angular, {0, 1});
 
   static Pose column(int i, double y) { return at(pitch * (i - 2.5), y, 0); }
-  Look arm_look(const Finish& paint) const { return {{arm_, paint}, {tip_, finish::brass}}; }
-  Look bob_look(const Finish& paint) const { return {{bob_, paint}, {band_, finish::brass}}; }
+  NodeMesh arm_look(const Finish& paint) const { return {{arm_, paint}, {tip_, finish::brass}}; }
+  NodeMesh bob_look(const Finish& paint) const { return {{bob_, paint}, {band_, finish::brass}}; }
 
   /// Draws the beams and rails of the rigs.
   void add_frame() {
@@ -81,7 +81,7 @@ struct JointKinds : GltfBuilder {
   };
 
   /// Adds a rig; `frame` is that of the joint, in another rig's body where there is a carrier.
-  int add(const std::string& name, const Pose& frame, const RigBody& rig, const Look& look,
+  int add(const std::string& name, const Pose& frame, const RigBody& rig, const NodeMesh& look,
           const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {},
           std::optional<int> carrier = {}) {
     const int fixed = node(name + "_frame", frame, carrier);

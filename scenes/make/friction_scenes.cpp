@@ -8,7 +8,7 @@ namespace substep::scenes {
 namespace {
 
 /// Returns slats of a belt along X in two colours.
-Look slats(int count, const Vector3& size, double rounding, int segments) {
+NodeMesh slats(int count, const Vector3& size, double rounding, int segments) {
   std::array<Mesh, 2> meshes;
   for (int i = 0; i < count; ++i)
     meshes[i % 2] += at(size.x() * (i - (count - 1) / 2.0), 0, 0) * cuboid(size, rounding, segments);

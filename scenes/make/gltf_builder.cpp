@@ -158,20 +158,20 @@ int GltfBuilder::geometry(const Mesh& mesh) {
   return position;
 }
 
-int GltfBuilder::mesh(std::string_view name, const std::vector<Part>& parts) {
-  Json primitives = Json::array();
-  for (const Part& part : parts) {
-    const Mesh* const made = std::get_if<Mesh>(&part.geometry);
-    const int positions = made ? geometry(*made) : std::get<int>(part.geometry);
+int GltfBuilder::mesh(std::string_view name, const std::vector<Primitive>& primitives) {
+  Json array = Json::array();
+  for (const Primitive& primitive : primitives) {
+    const Mesh* const made = std::get_if<Mesh>(&primitive.geometry);
+    const int positions = made ? geometry(*made) : std::get<int>(primitive.geometry);
     // geometry() stores normals, if any, and indices after the positions.
     const bool has_normals = document_["accessors"][positions + 1]["type"] == "VEC3";
     Json attributes = {{"POSITION", positions}};
     if (has_normals) attributes["NORMAL"] = positions + 1;
-    primitives.push_back({{"attributes", attributes},
-                          {"indices", positions + (has_normals ? 2 : 1)},
-                          {"material", material(part.finish)}});
+    array.push_back({{"attributes", attributes},
+                     {"indices", positions + (has_normals ? 2 : 1)},
+                     {"material", material(primitive.finish)}});
   }
-  return append(document_["meshes"], {{"name", name}, {"primitives", primitives}});
+  return append(document_["meshes"], {{"name", name}, {"primitives", array}});
 }
 
 int GltfBuilder::node(std::string_view name, const Pose& pose, std::optional<int> parent) {
@@ -186,14 +186,14 @@ int GltfBuilder::node(std::string_view name, const Pose& pose, std::optional<int
   return index;
 }
 
-int GltfBuilder::detached_node(const std::string& name, const Look& look) {
-  const int index = look.parts.empty() ? look.mesh : mesh(name, look.parts);
+int GltfBuilder::detached_node(const std::string& name, const NodeMesh& look) {
+  const int index = look.primitives.empty() ? look.mesh : mesh(name, look.primitives);
   return append(document_["nodes"], {{"name", name}, {"mesh", index}});
 }
 
-void GltfBuilder::show(int node, const Look& look) {
+void GltfBuilder::show(int node, const NodeMesh& look) {
   const std::string name = document_["nodes"][node]["name"];
-  document_["nodes"][node]["mesh"] = look.parts.empty() ? look.mesh : mesh(name, look.parts);
+  document_["nodes"][node]["mesh"] = look.primitives.empty() ? look.mesh : mesh(name, look.primitives);
 }
 
 void GltfBuilder::scale(int node, const Vector3& factors) {
@@ -201,13 +201,13 @@ void GltfBuilder::scale(int node, const Vector3& factors) {
 }
 
 int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
-                      const Look& look, std::optional<int> parent) {
+                      const NodeMesh& look, std::optional<int> parent) {
   const int index = body(name, pose, motion, look, parent);
   this->collider(index, collider);
   return index;
 }
 
-int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const Look& look,
+int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const NodeMesh& look,
                       std::optional<int> parent) {
   const int index = node(name, pose, parent);
   this->motion(index, motion);
@@ -216,7 +216,7 @@ int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& mot
 }
 
 int GltfBuilder::fixed_body(std::string_view name, const Pose& pose, const Collider& collider,
-                            const Look& look, std::optional<int> parent) {
+                            const NodeMesh& look, std::optional<int> parent) {
   const int index = node(name, pose, parent);
   this->collider(index, collider);
   show(index, look);
@@ -228,7 +228,7 @@ int GltfBuilder::fixed_box(std::string_view name, const Vector3& size, const Pos
   return fixed_body(name, pose, {box_shape(size), physics_material}, {{cuboid(size, rounding), finish}});
 }
 
-int GltfBuilder::scenery(std::string_view name, const Look& look, const Pose& pose,
+int GltfBuilder::scenery(std::string_view name, const NodeMesh& look, const Pose& pose,
                          std::optional<int> parent) {
   const int index = node(name, pose, parent);
   show(index, look);

@@ -32,9 +32,8 @@ struct Finish {
 };
 
 struct Motion {
-  double mass = 1;  ///< kg
-  std::optional<Vector3> inertia =
-      {};  ///< principal moments along the node's axes, kg·m²; default: the colliders'
+  double mass = 1;                      ///< kg
+  std::optional<Vector3> inertia = {};  ///< principal moments, kg·m²; else the colliders'
   Quaternion inertia_orientation = Quaternion::Identity();  ///< of the principal axes in the node
   std::optional<Vector3> centre_of_mass = {};               ///< node space; else the colliders'
   Vector3 linear_velocity = Vector3::Zero();                ///< node space, m/s
@@ -138,18 +137,18 @@ inline Bound at_least(double value) {
 }
 
 /// A primitive of a mesh: a geometry, new or by its index, in one finish.
-struct Part {
+struct Primitive {
   std::variant<int, Mesh> geometry;
   Finish finish;
 };
 
-/// A mesh by its index, or its parts.
-struct Look {
-  Look(int index) : mesh(index) {}
-  Look(std::initializer_list<Part> primitives) : parts(primitives) {}
-  Look(const std::vector<Part>& primitives) : parts(primitives) {}
+/// The mesh that a node shows: the index of a mesh, or the primitives of a new one.
+struct NodeMesh {
+  NodeMesh(int index) : mesh(index) {}
+  NodeMesh(std::initializer_list<Primitive> list) : primitives(list) {}
+  NodeMesh(const std::vector<Primitive>& list) : primitives(list) {}
   int mesh = -1;
-  std::vector<Part> parts;
+  std::vector<Primitive> primitives;
 };
 
 /// A shape, or the mesh of a node (as its convex hull or as it is), of one physics material.
@@ -183,29 +182,30 @@ class GltfBuilder {
   /// Adds vertices and triangles that several meshes may show in different materials. Without normals they
   /// are drawn with flat faces.
   int geometry(const Mesh& mesh);
-  int mesh(std::string_view name, const std::vector<Part>& parts);
+  int mesh(std::string_view name, const std::vector<Primitive>& primitives);
 
   /// Adds a node to the scene's tree; at the root without a parent.
   int node(std::string_view name, const Pose& pose = {}, std::optional<int> parent = {});
   /// Adds a node outside the scene, for colliders to refer to; never drawn.
-  int detached_node(const std::string& name, const Look& look);
+  int detached_node(const std::string& name, const NodeMesh& look);
   /// Shows a mesh, which is named after the node where it is new.
-  void show(int node, const Look& look);
+  void show(int node, const NodeMesh& look);
   /// Stretches what the node holds along its axes.
   void scale(int node, const Vector3& factors);
 
   /// Adds a node with motion, collider and mesh.
   int body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
-           const Look& look, std::optional<int> parent = {});
-  int body(std::string_view name, const Pose& pose, const Motion& motion, const Look& look,
+           const NodeMesh& look, std::optional<int> parent = {});
+  int body(std::string_view name, const Pose& pose, const Motion& motion, const NodeMesh& look,
            std::optional<int> parent = {});
-  int fixed_body(std::string_view name, const Pose& pose, const Collider& collider, const Look& look,
+  int fixed_body(std::string_view name, const Pose& pose, const Collider& collider, const NodeMesh& look,
                  std::optional<int> parent = {});
   /// Adds a box that does not move, drawn with rounded edges.
   int fixed_box(std::string_view name, const Vector3& size, const Pose& pose, int physics_material,
                 const Finish& finish, double rounding = 0.02);
   /// Adds a node that is drawn and does not collide.
-  int scenery(std::string_view name, const Look& look, const Pose& pose = {}, std::optional<int> parent = {});
+  int scenery(std::string_view name, const NodeMesh& look, const Pose& pose = {},
+              std::optional<int> parent = {});
   /// Adds the plane y = 0.
   void ground(int physics_material);
 

@@ -30,7 +30,7 @@ constexpr std::array<PassingLane, 5> lanes{{{1, 0.005, 0.05, 1.1, 0, finish::ter
 
 /// Adds a ball that moves along its node's +X and meets nothing. Expects it to keep its velocity and line.
 void send_past(GltfBuilder& gltf, const std::string& name, const Pose& pose, double speed,
-               const Collider& collider, const Look& look, const Json& window) {
+               const Collider& collider, const NodeMesh& look, const Json& window) {
   gltf.body(name, pose, moving(speed), collider, look);
   const Matrix3 axes = pose.orientation.toRotationMatrix();
   gltf.expect({name + ": velocity along its line", "velocity", {name}, axes.col(0)}, window, speed,

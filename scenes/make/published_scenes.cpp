@@ -1,5 +1,4 @@
-/// Scenes that others published with an outcome: geometry, materials, step and criterion are theirs. Sources
-/// and outcomes: scenes/published.md.
+/// Scenes that others published: geometry, materials, step and criterion are theirs, see scenes/published.md.
 
 #include <cmath>
 
@@ -16,19 +15,21 @@ Stage stage_of(const Vector3& target, double size, double friction) {
       .eye = target + size * Vector3(0.45, 0.35, 1.35), .target = target, .yfov = 0.56, .friction = friction};
 }
 
-/// Bodies of one shape, material and look.
-class Kind {
+/// The shape, material and mesh of several bodies.
+class BodyTemplate {
  public:
-  Kind(GltfBuilder& gltf, const std::string& name, int shape, const Mesh& look, const Finish& finish,
-       double friction)
+  BodyTemplate(GltfBuilder& gltf, const std::string& name, int shape, const Mesh& look, const Finish& finish,
+               double friction)
       : gltf_(gltf),
         shape_(shape),
         material_(gltf.physics_material(friction)),
         mesh_(gltf.mesh(name, {{look, finish}})) {}
 
   /// Makes boxes of `size`, drawn with rounded edges.
-  Kind(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Finish& finish, double friction)
-      : Kind(gltf, name, gltf.box_shape(size), cuboid(size, 0.04 * size.minCoeff(), 1), finish, friction) {}
+  BodyTemplate(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Finish& finish,
+               double friction)
+      : BodyTemplate(gltf, name, gltf.box_shape(size), cuboid(size, 0.04 * size.minCoeff(), 1), finish,
+                     friction) {}
 
   /// Adds a body, without a collider where `motion` has an inertia.
   int add(const std::string& name, const Pose& pose, const Motion& motion) const {
@@ -55,10 +56,9 @@ void join(GltfBuilder& gltf, int joint, int body, const Vector3& on_body, int pa
   gltf.joint(end, gltf.node("end", at(on_parent), parent), joint);
 }
 
-constexpr double dvi_step = 0.002;  // s, of Newton's DVI tests
+constexpr double dvi_step = 0.002;  // s, step of Newton's DVI tests
 
-/// Expects the speed and the distance after `steps` steps, each of which adds `acceleration` times the step
-/// to the speed.
+/// Expects the speed and distance after `steps` steps, each of which adds `acceleration` × step to the speed.
 void expect_sums(GltfBuilder& gltf, const std::string& body, const Vector3& direction, double speed,
                  double acceleration, int steps, std::string_view source) {
   const double time = dvi_step * steps;
@@ -73,8 +73,8 @@ GltfBuilder kapla_with(std::string_view name, double friction) {
   constexpr double seconds = 600;
   GltfBuilder gltf(name, {.duration = seconds, .poster = 1, .step = 0.01},
                    stage_of({0.7, 0.6, 0}, 1.6, friction));
-  const Kind base(gltf, "base", {0.05, 0.10, 0.25}, finish::walnut, friction);
-  const Kind wall(gltf, "wall", {0.20, 0.10, 0.05}, finish::maple, friction);
+  const BodyTemplate base(gltf, "base", {0.05, 0.10, 0.25}, finish::walnut, friction);
+  const BodyTemplate wall(gltf, "wall", {0.20, 0.10, 0.05}, finish::maple, friction);
   std::string last;
   for (int floor = 0; floor < floors; ++floor) {
     const double height = 0.2 * floor;
@@ -104,8 +104,8 @@ GltfBuilder heavy_rope_with(std::string_view name, double weight_x) {
   const Vector3 link(1, 0.5, 0.5);
   GltfBuilder gltf(name, {.duration = 10, .poster = 2, .gravity = {0, -10, 0}},
                    stage_of({8, 18, 0}, 38, friction));
-  const Kind links(gltf, "link", link, finish::maple, friction);
-  const Kind cubes(gltf, "weight", Vector3::Constant(cube), finish::iron, friction);
+  const BodyTemplate links(gltf, "link", link, finish::maple, friction);
+  const BodyTemplate cubes(gltf, "weight", Vector3::Constant(cube), finish::iron, friction);
   const int joint = gltf.ball_joint();
   int parent = gltf.fixed_box("hook", link, at(0, height, 0), gltf.physics_material(friction), finish::steel);
   for (int i = 1; i < bodies; ++i) {
@@ -130,8 +130,8 @@ GltfBuilder million_with(std::string_view name, double gap) {
   constexpr double side = 0.2;
   constexpr std::string_view source = "ContactBench, 2cubes.py: the paper's ill-conditioned case";
   GltfBuilder gltf(name, {.duration = 0.1, .step = 0.001}, stage_of({0, side, 0}, 0.9, 0.9));
-  const Kind light(gltf, "light", Vector3::Constant(side), finish::maple, 0.95);
-  const Kind heavy(gltf, "heavy", Vector3::Constant(side), finish::iron, 0.95);
+  const BodyTemplate light(gltf, "light", Vector3::Constant(side), finish::maple, 0.95);
+  const BodyTemplate heavy(gltf, "heavy", Vector3::Constant(side), finish::iron, 0.95);
   light.add("light", at(0, side / 2 + gap, 0), {.mass = 1e-3});
   heavy.add("heavy", at(0, 1.5 * side + 3 * gap, 0), {.mass = 1e3});
   if (gap > 0) {
@@ -148,7 +148,7 @@ GltfBuilder pyramid_with(std::string_view name, int base, double seconds) {
   constexpr double friction = 0.6;
   GltfBuilder gltf(name, {.duration = seconds, .gravity = {0, -10, 0}, .substeps = 4},
                    stage_of({0, 0.4 * base, 0}, 1.1 * base, friction));
-  const Kind cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
+  const BodyTemplate cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
   for (int row = 0; row < base; ++row) {
     for (int i = row; i < base; ++i)
       cube.add("", at((row + 1) * 0.5 + (i - row) - 0.5 * base, row + 0.5, 0), {.mass = 100});
@@ -165,14 +165,14 @@ GltfBuilder rapier_chain() {
   GltfBuilder gltf("rapier_chain", {.duration = 5, .poster = 0.5},
                    {.eye = {11, 1, 4.5}, .target = {0, -2.2, 4.5}, .yfov = 0.8});
   const int joint = gltf.ball_joint();
-  const Kind balls(gltf, "ball", gltf.sphere_shape(radius), ball(radius, 16), finish::teal, 0);
-  const Kind weights(gltf, "weight", gltf.sphere_shape(10 * radius), ball(10 * radius), finish::iron, 0);
+  const BodyTemplate balls(gltf, "ball", gltf.sphere_shape(radius), ball(radius, 16), finish::teal, 0);
+  const BodyTemplate last(gltf, "weight", gltf.sphere_shape(10 * radius), ball(10 * radius), finish::iron, 0);
   int parent = gltf.node("hook");
   for (int i = 1; i <= links; ++i) {
     const bool is_last = i == links;
     const double r = is_last ? 10 * radius : radius;
     const double mass = 4.0 / 3 * pi * r * r * r;  // of density 1
-    const int node = (is_last ? weights : balls)
+    const int node = (is_last ? last : balls)
                          .add(is_last ? "weight" : numbered("ball", i), at(0, 0, is_last ? 8.84 : pitch * i),
                               {.mass = mass, .inertia = Vector3::Constant(0.4 * mass * r * r)});
     join(gltf, joint, node, {0, 0, i == 1 ? -pitch : -(r + 0.02)}, parent, {0, 0, i == 1 ? 0 : 0.22});
@@ -189,7 +189,7 @@ GltfBuilder five_boxes() {
   constexpr double weight = 9.81e-3;  // N s: of a box, in a step
   constexpr std::string_view source = "Newton, test_kamino_solvers_dvi.py 05b: within 2 % after 75 sweeps";
   GltfBuilder gltf("five_boxes", {.duration = 0.05, .step = 0.001}, stage_of({0, 0.5, 0}, 1.4, 0.8));
-  const Kind cube(gltf, "box", Vector3::Constant(side), finish::oak, 0.8);
+  const BodyTemplate cube(gltf, "box", Vector3::Constant(side), finish::oak, 0.8);
   for (int i = 0; i < boxes; ++i) cube.add(numbered("box", i + 1), at(0, side * (i + 0.5), 0), {.mass = 1});
   gltf.expect({"impulses on the ground", "momentum_change"}, at_time(0.001), boxes * weight,
               0.02 * boxes * weight, source);
@@ -205,7 +205,7 @@ GltfBuilder sliding_boxes() {
   int number = 0;
   for (const double friction : {0.1, 0.3, 0.8}) {
     const std::string name = numbered("box", ++number);
-    Kind(gltf, name, Vector3::Constant(0.2), box_woods[static_cast<std::size_t>(number)], friction)
+    BodyTemplate(gltf, name, Vector3::Constant(0.2), box_woods[static_cast<std::size_t>(number)], friction)
         .add(name, at(0, 0.1, 0.5 * (number - 2)), {.mass = 1, .linear_velocity = {speed, 0, 0}});
     expect_sums(gltf, name, X, speed, -friction * gravity, 50,
                 "Newton, test_kamino_solvers_dvi.py 08d2: the sums of the steps");
@@ -222,7 +222,7 @@ GltfBuilder slopes() {
     const Vector3 downhill = surface.orientation * X;
     gltf.fixed_box(name + "_slope", {1.6, 0.1, 0.8}, surface * at(0, -0.05, 0), gltf.physics_material(1),
                    finish::maple);
-    Kind(gltf, name, Vector3::Constant(0.2), slides ? finish::teal : finish::terracotta, friction)
+    BodyTemplate(gltf, name, Vector3::Constant(0.2), slides ? finish::teal : finish::terracotta, friction)
         .add(name, surface * at(0, 0.1, 0), {.mass = 1});
     const double sine = -downhill.y();
     const double cosine = downhill.x();
@@ -239,7 +239,7 @@ GltfBuilder rolling_ball() {
   constexpr double time = 0.232;
   constexpr std::string_view source = "Newton, test_kamino_solvers_dvi.py 08e: rolling without slip";
   GltfBuilder gltf("rolling_ball", {.duration = time, .step = 0.001}, stage_of({0.2, 0.1, 0}, 1, 0.5));
-  Kind(gltf, "ball", gltf.sphere_shape(radius), ball(radius), finish::mustard, 0.5)
+  BodyTemplate(gltf, "ball", gltf.sphere_shape(radius), ball(radius), finish::mustard, 0.5)
       .add("ball", at(0, radius, 0), {.mass = 1, .linear_velocity = {speed, 0, 0}});
   gltf.expect({"", "velocity", {"ball"}, X}, at_time(time), rolling, 1e-4, source);
   gltf.expect({"", "angular_velocity", {"ball"}, -Z}, at_time(time), rolling / radius, 1e-4 / radius, source);
@@ -254,7 +254,7 @@ GltfBuilder growing_cubes() {
   double side = 1;
   for (const Finish& wood : box_woods) {
     const std::string name = numbered("cube", static_cast<int>(side));
-    Kind(gltf, name, Vector3::Constant(side), wood, friction)
+    BodyTemplate(gltf, name, Vector3::Constant(side), wood, friction)
         .add(name, at(0, bottom + side / 2, 0), {.mass = side * side * side});
     bottom += side;
     side *= 2;
@@ -272,7 +272,7 @@ GltfBuilder friction_ways() {
     // The demo's pair has the geometric mean; here the ground has more friction than any box.
     const double friction = std::sqrt(0.5 * (5 - 0.5 * i));
     const std::string name = numbered("box", i);
-    Kind(gltf, name, {1, 0.5, 1}, box_woods[static_cast<std::size_t>(i) % 4], friction)
+    BodyTemplate(gltf, name, {1, 0.5, 1}, box_woods[static_cast<std::size_t>(i) % 4], friction)
         .add(name, at(0, 0.25, 2 * (i - 5)), {.mass = 0.5, .linear_velocity = {speed, 0, 0}});
     const double way = i == 10 ? speed * seconds : speed * speed / (20 * friction);
     gltf.expect({"", "way", {name}, X}, at_time(seconds), way, 0.01 * way,
@@ -285,7 +285,7 @@ GltfBuilder cube_tower() {
   constexpr double friction = 0.5;
   constexpr double seconds = 60;
   GltfBuilder gltf("cube_tower", {.duration = seconds, .poster = 30}, stage_of({0, 48, 0}, 120, friction));
-  const Kind cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
+  const BodyTemplate cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
   for (int i = 0; i < 100; ++i) cube.add(numbered("cube", i + 1), at(0, i + 0.5, 0), {.mass = 1});
   expect_standing_for(gltf, seconds,
                       "Avian, pull request 1033: stands with 4 sub-steps and recycled contacts");

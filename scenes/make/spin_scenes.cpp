@@ -123,7 +123,7 @@ struct Turntable : GltfBuilder {
   }
 
   void add_block(const std::string& name, double distance, double angle, const Collider& solid,
-                 const Look& look) {
+                 const NodeMesh& look) {
     // Point X outwards: the table moves the block along −Z.
     body(name, turn(Y, angle) * at(distance, top + 0.05, 0),
          {.mass = 1, .linear_velocity = {0, 0, -rate * distance}, .angular_velocity = {0, rate, 0}}, solid,

@@ -29,7 +29,7 @@ class Crates {
     return meshes;
   }
 
-  void add(const std::string& name, double x, double y, double mass, const Look& look) {
+  void add(const std::string& name, double x, double y, double mass, const NodeMesh& look) {
     gltf_.body(name, at(x, y, 0), {.mass = mass}, collider_, look);
   }
 
@@ -133,9 +133,9 @@ GltfBuilder heavy_on_light() {
   for (int i = 0; i < 5; ++i) {
     const double x = 0.8 * (i - 2);
     gltf.body(numbered("light", i + 1), at(x, size.y() / 2, 0), {.mass = 1}, collider, light);
-    std::vector<Part> parts{{block, finishes[i]}};
-    if (i > 0) parts.push_back({studs(i, 0.09, size.z() / 2, 0.02), finish::brass});
-    gltf.body(numbered("heavy", i + 1), at(x, 1.5 * size.y(), 0), {.mass = masses[i]}, collider, parts);
+    std::vector<Primitive> primitives{{block, finishes[i]}};
+    if (i > 0) primitives.push_back({studs(i, 0.09, size.z() / 2, 0.02), finish::brass});
+    gltf.body(numbered("heavy", i + 1), at(x, 1.5 * size.y(), 0), {.mass = masses[i]}, collider, primitives);
   }
   for (int i = 1; i <= 5; ++i)
     gltf.expect_standing(0.025, "each pair is in equilibrium, and friction holds it",

@@ -180,8 +180,8 @@ Claim claim8(Measurement& measurement) {
       8,
       "IV.3.1",
       "The bias update is exact for a body on a fixed plane that does not rotate, else of first order",
-      "Error of the constraint value C in m by proc4:16 over one sub-step, or the slope of that error in the "
-      "angle turned, which should be 2",
+      "Error of the constraint value C in m by A4's update rule over one sub-step, or the slope of that "
+      "error in the angle turned, which should be 2",
       {}};
   const Vector3 linear(0.3, -0.1, 0.2);
   const Vector3 angular(1, 2, -1.5);

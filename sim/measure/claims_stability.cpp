@@ -222,7 +222,7 @@ Claim claim17(Measurement& measurement) {
       17,
       "not the report's",
       "No τ and κ are best for all scenes",
-      "A5 with the default n, m and joints; in each column but the default all rows share one τ and κ",
+      "A5 with n = 10, m = 1 and stable joints; in each column but the default all rows share one τ and κ",
       {"default", "τ/κ of joints", "τ=1 κ=1", "τ=1 κ=0.7", "τ of joints, κ=0.7"}};
   const Settings usual = default_settings(Algorithm::a5);
   std::vector<Settings> tried(5, usual);
