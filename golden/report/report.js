@@ -54,6 +54,7 @@ class Viewer {
 
   /// Stops the timer and shows the other picture.
   flickOnce() {
+    if (!this.buttons.flicker) return;
     if (this.mode !== 'flicker') this.set('flicker');
     clearInterval(this.timer);
     this.flick();
@@ -64,9 +65,10 @@ class Report {
   constructor() {
     this.cases = Array.from(document.querySelectorAll('section.case'));
     this.pairs = Array.from(document.querySelectorAll('.pair'));
+    this.caseOf = this.pairs.map(pair => this.cases.indexOf(pair.closest('.case')));
     this.viewers = this.pairs.map(pair => new Viewer(pair));
     this.current = -1;
-    this.pair = 0;
+    this.pair = -1;
     this.pairs.forEach((pair, index) => pair.addEventListener('pointerenter', () => { this.pair = index; }));
     for (const command of document.querySelectorAll('.command')) this.addCopy(command);
     document.addEventListener('keydown', event => this.key(event));
@@ -86,29 +88,36 @@ class Report {
   }
 
   go(index) {
-    if (index < 0 || index >= this.cases.length) return;
+    const entry = this.cases[index];
+    if (entry) this.choose(index, this.pairs.indexOf(entry.querySelector('.pair')), entry);
+  }
+
+  /// Makes a case and one of its pairs current (-1: it has none), and scrolls to `target`.
+  choose(index, pair, target) {
     if (this.current >= 0) this.cases[this.current].classList.remove('current');
-    this.current = index;
+    [this.current, this.pair] = [index, pair];
     this.cases[index].classList.add('current');
-    this.cases[index].scrollIntoView({block: 'start'});
-    this.pair = this.pairs.indexOf(this.cases[index].querySelector('.pair'));
+    target.scrollIntoView({block: 'start'});
     history.replaceState(null, '', '#' + this.cases[index].id);
   }
 
-  goToPair(index) {
-    if (!this.pairs[index]) return;
-    this.pair = index;
-    this.pairs[index].scrollIntoView({block: 'start'});
+  /// Goes to the next pair (1) or the previous one (-1), also from a case without pairs.
+  goToPair(by) {
+    const pairsBefore = this.caseOf.filter(index => index < this.current).length;
+    const index = this.pair < 0 ? pairsBefore + Math.min(by, 0) : this.pair + by;
+    if (this.pairs[index]) this.choose(this.caseOf[index], index, this.pairs[index]);
   }
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const viewer = this.viewers[this.pair];
     const mode = MODES[Number(event.key) - 1];
+    // Compare the first pair if nothing is chosen yet.
+    if (this.current < 0 && (mode || event.key === ' ')) this.pair = Math.max(this.pair, 0);
+    const viewer = this.viewers[this.pair];
     if (event.key === 'j') this.go(this.current + 1);
     else if (event.key === 'k') this.go(this.current - 1);
-    else if (event.key === 'n') this.goToPair(this.pair + 1);
-    else if (event.key === 'p') this.goToPair(this.pair - 1);
+    else if (event.key === 'n') this.goToPair(1);
+    else if (event.key === 'p') this.goToPair(-1);
     else if (viewer && event.key === ' ') viewer.flickOnce();
     else if (viewer && mode) {
       viewer.set(mode[0]);
