@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -53,7 +54,13 @@ std::string TemporaryFile::content() const {
 
 ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& streams,
                            std::vector<std::string> environment) {
-  for (char** entry = environ; *entry != nullptr; ++entry) environment.emplace_back(*entry);
+  // Inherit only the other variables: of two with one name, some shells take the last.
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view variable = *entry;
+    const std::string_view start = variable.substr(0, variable.find('=') + 1);
+    const auto is_same = [&](const std::string& other) { return other.starts_with(start); };
+    if (std::ranges::none_of(environment, is_same)) environment.emplace_back(variable);
+  }
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   const std::array<int, 3> from{streams.in, streams.out, streams.err};

@@ -10,8 +10,7 @@
 
 namespace substep {
 
-/// A file in memory without a name that another program reads or writes, also where the disk is full. The
-/// destructor closes it.
+/// A file in memory without a name that another program reads or writes, also where the disk is full.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string_view content = {});  ///< throws std::system_error
@@ -39,13 +38,11 @@ class ChildProcess {
   };
 
   /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. Variables
-  /// of `environment` ("NAME=value") override this program's own. Throws std::system_error when it cannot
-  /// be started.
+  /// of `environment` ("NAME=value") override this program's own. Throws std::system_error.
   explicit ChildProcess(std::vector<std::string> words, const Streams& streams,
                         std::vector<std::string> environment = {});
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Kills the program if nobody has waited for it.
   ~ChildProcess();
 
   pid_t id() const { return process_; }  ///< −1 once its end is known
