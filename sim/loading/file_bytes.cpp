@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 std::string read_bytes(const fs::path& file, const std::string& complaint, std::uintmax_t most) {
   std::error_code failure;
   const fs::file_status status = fs::status(file, failure);
-  if (!fs::exists(status)) throw Error(complaint + ": there is no such file");
+  if (status.type() == fs::file_type::not_found) throw Error(complaint + ": there is no such file");
+  if (failure) throw Error("{}: cannot be read: {}", complaint, failure.message());
   if (!fs::is_regular_file(status)) throw Error(complaint + ": is not a regular file");
   const std::uintmax_t size = fs::file_size(file, failure);
   if (failure) throw Error("{}: cannot be read: {}", complaint, failure.message());

@@ -308,8 +308,8 @@ PoseLog header_of(const Simulation& simulation, int full_every) {
   return log;
 }
 
-/// Steps, and passes the frames to `take` in order, each one step later: the last one is full. Returns how
-/// the run ended.
+/// Runs the steps and passes each frame to `take` after the next step, since the last frame must be full.
+/// Returns "ok" or how the run failed.
 std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
                 const std::function<void(PoseLog::Frame)>& take) {
   if (frames < 0) throw Error("{} frames cannot be run", frames);
@@ -323,7 +323,7 @@ std::string run(Simulation& simulation, int frames, int full_every, const AfterF
   for (int k = 1; k <= frames; ++k) {
     const StepReport& report = simulation.step();
     if (report.status == StepReport::Status::diverged) {
-      latest.poses = simulation.state().q;
+      latest.poses = simulation.state().q;  // a diverged step leaves the state as it was
       take(std::move(latest));
       const auto body = static_cast<std::size_t>(report.diverged_body);
       return fmt::format("diverged {} body {} {}", k, body, simulation.scene().bodies[body].name);
@@ -350,9 +350,9 @@ PoseLog parse_pose_log(std::string_view text, const std::string& what) {
 
 PoseLog read_pose_log(const std::filesystem::path& file) {
   const std::string name = file.string();
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) throw Error(name + ": there is no such file");
-  if (std::filesystem::is_directory(file, ignored)) throw Error(name + ": is a folder, not a pose log");
+  std::error_code failure;
+  if (!std::filesystem::exists(file, failure) && !failure) throw Error(name + ": there is no such file");
+  if (std::filesystem::is_directory(file, failure)) throw Error(name + ": is a folder, not a pose log");
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(name + ": cannot be read");
   // Read the first bytes alone, since the file may be an endless device.

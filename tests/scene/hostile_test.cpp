@@ -268,6 +268,7 @@ TEST(Refusal, RefusesOtherFiles) {
     deep.gltf | its JSON is nested deeper than 64 levels after the key 'extras')")) {
     EXPECT_THAT(complaint(folder.path() / row[0]), HasSubstr(row[0] + ": " + row[1]));
   }
+  EXPECT_THAT(complaint(folder.path() / (std::string(300, 'x') + ".gltf")), HasSubstr("cannot be read: "));
 }
 
 class Glb : public testing::Test {
