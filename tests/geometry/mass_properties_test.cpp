@@ -54,7 +54,7 @@ TEST(MassProperties, InvertedMeshIsNegative) {
   EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
 }
 
-TEST(MassProperties, NothingHasNoMass) {
+TEST(MassProperties, EmptyMeshAndPlaneHaveNoMass) {
   EXPECT_EQ(mass_properties({}, {}).mass, 0);
   EXPECT_EQ(mass_properties(Shape(Plane{})).mass, 0);
 }
@@ -87,7 +87,7 @@ TEST(IsClosed, WeldsPositionsFirst) {
   EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
 }
 
-TEST(MassProperties, RoundShapesMatchClosedForms) {
+TEST(MassProperties, SphereMatchesClosedForm) {
   const MassProperties ball = mass_properties(Shape(Sphere{2}));
   EXPECT_DOUBLE_EQ(ball.mass, 32 * test::pi / 3);
   EXPECT_DOUBLE_EQ(ball.inertia(0, 0), 0.4 * 32 * test::pi / 3 * 4);
@@ -160,14 +160,14 @@ TEST(MassProperties, TaperedCapsulesMatchTheirSlices) {
     const double h = capsule.half_length;
     const double bottom = capsule.radius_bottom;
     const double top = capsule.radius_top;
-    // The union of the balls between the two, many of them near y.
+    // The union of all balls between the two: the largest of r(s)² − (y − c(s))² over s from 0 to 1.
     const auto squared_radius = [&](double y) {
       const auto squared = [&](double part) {
         const double centre = (2 * part - 1) * h;
         const double radius = (1 - part) * bottom + part * top;
         return radius * radius - (y - centre) * (y - centre);
       };
-      // A quadratic in `part`: its top, or an end.
+      // The maximum of a quadratic in `part`: its vertex or an end.
       const double slope = top - bottom;
       const double curve = slope * slope - 4 * h * h;
       double best = std::max(squared(0), squared(1));
@@ -226,7 +226,7 @@ TEST(PrincipalInertia, DiagonalMatrixKeepsAxes) {
   }
 }
 
-TEST(PrincipalInertia, RoundedCubeKeepsAxes) {
+TEST(PrincipalInertia, RotatedCubeKeepsIdentityAxes) {
   const MassProperties cube = mass_properties(
       Shape(test::transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.3, {1, 2, 3})})));
   EXPECT_EQ(principal_inertia(cube.inertia).orientation.coeffs(), Quaternion::Identity().coeffs());
@@ -243,8 +243,6 @@ TEST(PrincipalInertia, DiagonalizesRandomBodies) {
     EXPECT_NEAR(principal.orientation.norm(), 1, 1e-15);
     // The nearest of the 24 ways to name the axes turns by 62.8° at most.
     EXPECT_GE(std::abs(principal.orientation.w()), std::cos(31.4 / 180 * test::pi) - 1e-4);
-    const PrincipalInertia again = principal_inertia(inertia);
-    EXPECT_EQ(principal.orientation.coeffs(), again.orientation.coeffs());
   }
 }
 
@@ -269,7 +267,7 @@ TEST(PrincipalInertia, FollowsSmallTurn) {
   EXPECT_NEAR(std::abs(principal.orientation.dot(small)), 1, 1e-14);
 }
 
-TEST(PrincipalInertia, HandlesNearlyEqualMoments) {
+TEST(PrincipalInertia, HandlesEqualAndDisparateMoments) {
   for (const Vector3& moments : {Vector3(1, 1 + 1e-12, 1), Vector3(1e-9, 1, 1), Vector3(1e9, 1, 1e-3)}) {
     const Matrix3 axes = test::turn(0.8, {3, 1, 2}).toRotationMatrix();
     const Matrix3 inertia = axes * moments.asDiagonal() * axes.transpose();

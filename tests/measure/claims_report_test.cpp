@@ -1,5 +1,5 @@
 // The report of `substep report claims`: the claims that must hold do, and the page shows each measured line
-// but for timings.
+// but for timings and the verdict that they decide.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ std::string verdict_of(int number) {
   const std::string text = measured();
   const std::size_t line = text.find(fmt::format("Claim {} (", number));
   const std::size_t begin = text.find("**It ", line) + 5;
-  EXPECT_LT(begin, text.find('\n', line)) << number;
+  EXPECT_TRUE(line < begin && begin < text.find('\n', line)) << number;
   return text.substr(begin, text.find(".**", begin) - begin);
 }
 
@@ -42,13 +42,11 @@ TEST_P(ClaimOfTheReport, HoldsOrIsAFinding) {
   const int number = GetParam();
   const std::string verdict = verdict_of(number);
   // Findings: a block's smaller gap is not always a smaller error (13); A5's Jacobian in the bias lets joints
-  // open (14). What 7 says is decided by timings.
-  if (number == 7) return;
-  if (number == 13 || number == 14) {
-    EXPECT_TRUE(verdict.starts_with("holds except: ")) << verdict;
-  } else {
-    EXPECT_EQ(verdict, "holds");
-  }
+  // open (14). Timings decide claim 7, but for its first case.
+  const std::regex allowed(number == 7                    ? "holds( only: the same row solves| except: A.*)?"
+                           : number == 13 || number == 14 ? "holds except: .*"
+                                                          : "holds");
+  EXPECT_TRUE(std::regex_match(verdict, allowed)) << verdict;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ClaimOfTheReport, testing::Range(1, 18),
@@ -59,7 +57,7 @@ TEST(ClaimsReport, PageHasEachLine) {
       without_timings(*content_of(std::string(test::source_folder) + "/scenes/claims.md"));
   std::istringstream lines(without_timings(measured()));
   for (std::string line; std::getline(lines, line);)
-    EXPECT_NE(page.find(line + '\n'), std::string::npos) << line;
+    EXPECT_TRUE(line.starts_with("Claim 7 (") || page.find(line + '\n') != std::string::npos) << line;
 }
 
 TEST(ClaimsReport, VerdictNamesCases) {

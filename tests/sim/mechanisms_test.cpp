@@ -29,7 +29,7 @@ struct Mechanism {
   std::function<Centres(const std::vector<double>&)> centres;
 };
 
-/// At multiples of 1/60 s, with so many steps in each.
+/// Returns the centres at multiples of 1/60 s, by `steps` Runge-Kutta steps in each.
 std::vector<Centres> motion_of(const Mechanism& mechanism, int steps, double duration) {
   std::vector<double> y = mechanism.start;
   std::vector<Centres> motion{mechanism.centres(y)};
@@ -49,8 +49,8 @@ double distance(const Centres& centres, const State& state) {
 
 // Bricard's mechanism, threefold symmetric with right angles. With its angles from the start a (at corners 1,
 // 3, 5) and b (2, 4, 6) it closes where F = sin a + sin b + sin a sin b = 0. Its coordinate u runs along that
-// curve: a' = ∂F/∂b u', b' = −∂F/∂a u'. Of the chain of rods 1 to 5 from corner 1 the moments' part is m(a,
-// b) of a quadratic form in the angles' rates.
+// curve: a' = ∂F/∂b u', b' = −∂F/∂a u'. It obeys m u'' = −∂V/∂u − ½ ∂m/∂u u'². bricard_mass() is m = 2 T/u'²,
+// T the kinetic energy of the five moving rods of 1 kg, 1 m and 0.1 m × 0.1 m; bricard_potential() is V.
 
 struct RodState {
   Vector3 centre;
@@ -100,7 +100,7 @@ double bricard_potential(double a, double b) {
   return gravity * height;
 }
 
-/// Along the curve, by the central difference of order 8.
+/// Returns the derivative along the curve, d value/du, by a central difference of order 8.
 double along_curve(double (*value)(double, double), double a, double b) {
   constexpr std::array weights{4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
   constexpr double shift = 0.01;
@@ -129,7 +129,7 @@ Mechanism bricard() {
           }};
 }
 
-// Four-bar cells: all cranks turn by one angle from the upright, and the couplers go with their ends.
+// Four-bar cells: cranks turn by one angle from the upright, couplers translate with the cranks' ends.
 Mechanism four_bar() {
   constexpr int cells = 4;
   constexpr double width = 0.04;
@@ -160,7 +160,7 @@ double largest_error(const Scene& scene, const std::vector<Centres>& exact, int 
   double largest = 0;
   for (std::size_t k = 1; k < exact.size(); ++k) {
     for (int i = 0; i < rate / 60; ++i) {
-      EXPECT_NE(simulation.step().status, StepReport::Status::unsolved) << scene.name << " " << rate;
+      EXPECT_LT(simulation.step().status, StepReport::Status::unsolved) << scene.name << " " << rate;
     }
     largest = std::max(largest, distance(exact[k], simulation.state()));
   }
@@ -169,7 +169,7 @@ double largest_error(const Scene& scene, const std::vector<Centres>& exact, int 
 
 struct Case {
   Mechanism mechanism;
-  int steps;  // of Runge and Kutta in 1/60 s: springs as stiff as the governor's need many
+  int steps;  // Runge-Kutta steps in 1/60 s: springs as stiff as the governor's need many
   double duration;
   double error;         // of A1 at 1/60 s, m, at most
   double own_accuracy;  // of the motion here, m
@@ -222,7 +222,7 @@ TEST(FourBar, PassesItsSingularPositionsAtAnyStep) {
     int least_squares = 0;
     for (int i = 0; i < 4 * rate; ++i) {
       const StepReport& report = simulation.step();
-      EXPECT_NE(report.status, StepReport::Status::unsolved)
+      EXPECT_LT(report.status, StepReport::Status::unsolved)
           << rate << " step " << i << ": " << report.residual;
       if (report.status == StepReport::Status::least_squares) ++least_squares;
     }
