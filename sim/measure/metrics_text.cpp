@@ -17,11 +17,11 @@ std::string optional_number(const std::optional<double>& value) {
   return value ? short_number(*value) : "";
 }
 
-/// Returns an error, with ≈ where it is below a hundred uncertainties of the reference.
+/// Returns an error, with ≈ where it is at least 1e-12 and below 100 uncertainties of the reference.
 std::string error_number(double value, double uncertainty) {
   constexpr double rounding = 1e-12;
-  const bool exceeds_uncertainty = !(value >= rounding) || value >= 100 * uncertainty;
-  return fmt::format("{}{}", exceeds_uncertainty ? "" : "≈", short_number(value));
+  const bool is_certain = !(value >= rounding) || value >= 100 * uncertainty;
+  return fmt::format("{}{}", is_certain ? "" : "≈", short_number(value));
 }
 
 /// Returns "A3" of an algorithm.
@@ -30,9 +30,10 @@ std::string short_label(const MeasuredSettings& run) {
 }
 
 TextTable errors_of(const SceneMeasurement& m) {
-  TextTable table{{"", "RMS, m", "/ size", "largest, m", "turn, rad", "largest", "of it: step", "solver",
-                   "model", "a (sub-)step's residual, m/s", "row solves"},
-                  {}};
+  TextTable table{
+      {"", "RMS, m", "/ size", "largest, m", "RMS turn, rad", "largest turn, rad", "step error, m",
+       "solver error, m", "model error, m", "(sub-)step residual, m/s", "row solves"},
+      {}};
   for (const MeasuredSettings& run : m.runs) {
     const Metrics& x = run.metrics;
     table.rows.push_back({label(run), error_number(x.error.position.rms, m.reference.uncertainty().position),
@@ -48,7 +49,7 @@ TextTable errors_of(const SceneMeasurement& m) {
 }
 
 std::string verdict(const Metrics& metrics) {
-  if (metrics.diverged) return fmt::format("blows up at {:.3g} s", *metrics.diverged);
+  if (metrics.diverged) return fmt::format("diverged at {:.3g} s", *metrics.diverged);
   return metrics.bounded ? "yes" : "no";
 }
 
@@ -76,7 +77,7 @@ std::string figure_number(double value) {
 
 /// Returns a line for each figure, with the value and the error of each run; ! marks bad errors.
 TextTable expectations_of(const SceneMeasurement& m) {
-  TextTable table{{"known for the whole duration", "expected", "±"}, {}};
+  TextTable table{{"known figure, over the whole duration", "expected", "±"}, {}};
   for (const MeasuredSettings& run : m.runs) {
     const std::string algorithm = short_label(run);
     table.head.insert(table.head.end(), {algorithm, "error"});
@@ -128,23 +129,23 @@ std::string all_tables(const SceneMeasurement& m, bool as_markdown) {
   std::string text = fmt::format("{}\n{}\n{}", heading(m), to_text(errors_of(m), as_markdown),
                                  to_text(invariants_of(m), as_markdown));
   if (has_expectations(m)) {
-    text += fmt::format("\n{}\n!: off by more than ±; –: never, or the run blew up before.\n",
+    text += fmt::format("\n{}\n!: off by more than ±; –: never happened, or the run diverged before.\n",
                         to_text(expectations_of(m), as_markdown));
   }
   if (has_times(m)) text += fmt::format("\n{}", to_text(times_of(m), as_markdown));
   return text;
 }
 
-/// Returns the settings other than the step that differ from the algorithm's defaults, each after a blank:
-/// " n=4".
+/// Returns n, all settings of A2, and further ones that differ from the algorithm's defaults, each after a
+/// blank, without the step: " n=4".
 std::string settings_label(const Settings& settings) {
   const std::vector<SettingsPart> usual = parts_of(default_settings(settings.algorithm));
   std::string text;
   for (const SettingsPart& part : parts_of(settings)) {
     if (part.field->name == "step") continue;
     const bool is_usual = std::ranges::find(usual, part.text, &SettingsPart::text) != usual.end();
-    const bool is_always_said = part.field->name == "substeps" || settings.algorithm == Algorithm::a2;
-    if (!is_usual || is_always_said) text += " " + part.text;
+    const bool is_always_printed = part.field->name == "substeps" || settings.algorithm == Algorithm::a2;
+    if (!is_usual || is_always_printed) text += " " + part.text;
   }
   return text;
 }
@@ -165,8 +166,8 @@ bool is_by_substeps(const MeasuredSettings& run, int substeps) {
          (run.settings.algorithm == Algorithm::a2 && settings == fmt::format(" m={}", substeps));
 }
 
-/// Returns "h=1/60, n=10." where each algorithm has one run, or "h=1/60. A2: m=200. A3 to A5: n=10.": the
-/// step that all share, then the settings that differ from the defaults.
+/// Returns "h=1/60, n=10." where all runs have the same n (A2: m) and else defaults; otherwise the step and
+/// each group's settings: "h=1/60. A2: m=200. A3 to A5: n=10.".
 std::string settings_line(const SceneMeasurement& m) {
   const std::string step = parts_of(m.runs.front().settings).back().text;
   const int substeps = m.runs.back().settings.substeps;
@@ -201,8 +202,8 @@ bool is_all_bounded(const SceneMeasurement& m) {
   return std::ranges::all_of(m.runs, [](const MeasuredSettings& run) { return run.metrics.bounded; });
 }
 
-/// Returns the columns that differ from zero, in their order. Where an algorithm has several settings, the
-/// rows that each solves, too.
+/// Returns at most six columns: row solves (`settings_in_rows`), CPU time, errors, and gaps, overlaps, motion
+/// and energy rise where a run has any; `bounded` where a run is not.
 std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows) {
   std::vector<Column> columns;
   const auto add = [&](int rank, std::string head, std::function<std::string(const MeasuredSettings&)> cell) {
@@ -275,7 +276,7 @@ TextTable short_table(const SceneMeasurement& m, bool settings_in_rows) {
 }
 
 /// Returns the largest error of the runs, relative to the figure's tolerance.
-double worst_share(const SceneMeasurement& m, std::size_t figure) {
+double worst_ratio(const SceneMeasurement& m, std::size_t figure) {
   double worst = 0;
   for (const MeasuredSettings& run : m.runs) {
     const ExpectedFigure& x = run.metrics.expected[figure];
@@ -288,10 +289,10 @@ double worst_share(const SceneMeasurement& m, std::size_t figure) {
 std::vector<std::size_t> missed_figures(const SceneMeasurement& m) {
   std::vector<std::size_t> figures;
   for (std::size_t figure = 0; figure < m.runs.front().metrics.expected.size(); ++figure) {
-    if (worst_share(m, figure) > 1) figures.push_back(figure);
+    if (worst_ratio(m, figure) > 1) figures.push_back(figure);
   }
   std::ranges::stable_sort(figures, std::greater{},
-                           [&](std::size_t figure) { return worst_share(m, figure); });
+                           [&](std::size_t figure) { return worst_ratio(m, figure); });
   return figures;
 }
 

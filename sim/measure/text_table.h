@@ -17,8 +17,7 @@ std::string to_markdown(const TextTable& table);
 /// Returns the table in one of the two forms.
 std::string to_text(const TextTable& table, bool as_markdown);
 
-/// Returns three digits; "–" for numbers that are not finite or above a billion, as of a run that has blown
-/// up.
+/// Returns three digits; "–" for numbers that are not finite or above a billion, as of a diverged run.
 std::string short_number(double value);
 
 }  // namespace substep

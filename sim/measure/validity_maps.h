@@ -39,7 +39,7 @@ std::vector<StabilityPoint> stability_map();
 struct MassRatioPoint {
   double ratio;  ///< of the heaviest body's mass to the lightest's
   int substeps;  ///< A1 and A2: parts that the step is taken in
-  double error;  ///< RMS, over the scene's size; not finite where it blew up
+  double error;  ///< RMS, over the scene's size; not finite where it diverged
   bool bounded;  ///< Metrics::bounded
 };
 
@@ -83,7 +83,7 @@ std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings);
 struct StiffnessPoint {
   double step;       ///< s
   double stiffness;  ///< N/m, of a spring without damping under 1 kg
-  double energy;     ///< after 1 s, over the start's; not finite where it blew up. Exactly 1 is correct
+  double energy;     ///< after 1 s, over the start's; not finite where it diverged. Exactly 1 is correct
 };
 
 /// Runs a weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.

@@ -81,7 +81,7 @@ bool is_good(const SweepRecord& record, const SweepRecord* best, double toleranc
 /// Returns the fault of a run that was near the reference as long as it lasted; empty: none.
 std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
   const Metrics& x = *record.metrics;
-  if (x.diverged) return fmt::format("it blows up at {:.2g} s", *x.diverged);
+  if (x.diverged) return fmt::format("it diverges at {:.2g} s", *x.diverged);
   if (x.bounded && best && energy_error(record, *best) > 0.1) {
     return fmt::format("its energy changes by {} J instead of {} J", short_number(x.energy_change),
                        short_number(best->metrics->energy_change));

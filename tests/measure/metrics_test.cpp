@@ -184,7 +184,7 @@ TEST(MeasurementTables, HaveRowForEachRun) {
   EXPECT_THAT(table, HasSubstr("largest change of energy, J"));
   EXPECT_THAT(table, Not(HasSubstr("swings")));
   EXPECT_THAT(table, Not(HasSubstr("CPU time")));
-  const std::size_t known = table.find("known for the whole duration");
+  const std::size_t known = table.find("known figure, over the whole duration");
   ASSERT_NE(known, std::string::npos);
   const std::string head = table.substr(known, table.find('\n', known) - known);
   EXPECT_THAT(head, testing::AllOf(HasSubstr(" A1 "), HasSubstr(" A5 ")));
