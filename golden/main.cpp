@@ -86,8 +86,8 @@ std::string complaint(const CLI::App& app, const std::vector<std::string>& words
 
 int run(int argc, char** argv) {
   CLI::App app{
-      "Scenes through the five algorithms A1 to A5 of 'The Sub-stepping of Havok's Physics Solver':\n"
-      "simulated, drawn, compared. 'substep help COMMAND' describes a command,\n"
+      "Simulates scenes with algorithms A1 to A5 of 'The Sub-stepping of Havok's Physics Solver',\n"
+      "draws the runs and compares them. 'substep help COMMAND' describes a command,\n"
       "'substep help settings' the settings of the solver.",
       "substep"};
   app.footer("Example:\n  substep video scenes/box_stack.gltf      makes box_stack.mp4");

@@ -42,8 +42,7 @@ Surface default_surface(int body) {
   return surface;
 }
 
-/// Returns a number of an edge from corner to corner: the mixing function of splitmix64 (Steele, Lea and
-/// Flood 2014).
+/// Returns a hash of the edge from one corner to another, by splitmix64 (Steele, Lea and Flood 2014).
 std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
   std::uint64_t x = from + 0x9e3779b97f4a7c15 * (to + 1);
   x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
@@ -65,7 +64,7 @@ bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
       key = key << 21 | static_cast<std::uint64_t>(std::llround(x));
     keys.push_back(key);
   }
-  // The sum over edges vanishes where each is met by its opposite: other sums do once in 2⁶⁴.
+  // Add each edge's hash and subtract its opposite's: 0 where all edges match, by chance once in 2⁶⁴.
   std::uint64_t unmet = 0;
   double volume = 0;
   for (std::size_t i = part.begin; i < part.end; i += 3) {

@@ -101,7 +101,7 @@ void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& 
     const GLint unit = surface_texture_unit + static_cast<GLint>(role);
     bind_texture(unit, textures[role].texture);
     glBindSampler(unit, textures[role].sampler);
-    const Eigen::Matrix2d& turn = texture.turn;
+    const Eigen::Matrix2d& turn = texture.uv_matrix;
     turns[role] = glm::dvec4(turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1));
     const auto stretch = static_cast<float>(std::sqrt(std::abs(turn.determinant())));
     offsets[role] = {texture.offset.x(), texture.offset.y(), texture.coordinates,

@@ -25,14 +25,13 @@ std::string_view bytes_of(const std::vector<Number>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number)};
 }
 
-/// Returns KHR_texture_transform, which scales, turns, then moves: the columns of `turn` are sx (cos, −sin)
-/// and sy (sin, cos).
+/// Returns KHR_texture_transform; the columns of `uv_matrix` are sx (cos, −sin) and sy (sin, cos).
 GlbWriter::Json transform_of(const Texture& texture) {
-  const Eigen::Vector2d x = texture.turn.col(0);
-  const Eigen::Vector2d y = texture.turn.col(1);
+  const Eigen::Vector2d x = texture.uv_matrix.col(0);
+  const Eigen::Vector2d y = texture.uv_matrix.col(1);
   const bool by_x = x.norm() > 0;
   const double rotation = by_x ? std::atan2(-x.y(), x.x()) : std::atan2(y.x(), y.y());
-  const double y_scale = by_x ? texture.turn.determinant() / x.norm() : y.norm();
+  const double y_scale = by_x ? texture.uv_matrix.determinant() / x.norm() : y.norm();
   return {{"offset", {texture.offset.x(), texture.offset.y()}},
           {"rotation", rotation},
           {"scale", {x.norm(), y_scale}}};
@@ -105,7 +104,7 @@ GlbWriter::Json GlbWriter::texture_reference(const Texture& texture, const Scene
                                             {"minFilter", sampling[3]}});
   Json result = {{"index", add_once("textures", {{"sampler", sampler}, {"source", image->second}})},
                  {"texCoord", texture.coordinates}};
-  if (!texture.turn.isIdentity(0) || !texture.offset.isZero(0)) {
+  if (!texture.uv_matrix.isIdentity(0) || !texture.offset.isZero(0)) {
     use("KHR_texture_transform");
     result["extensions"]["KHR_texture_transform"] = transform_of(texture);
   }

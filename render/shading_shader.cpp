@@ -12,19 +12,19 @@ uniform isampler2D packed_surfaces;
 uniform sampler2D emission_alpha;
 uniform sampler2D crevices;
 #endif
-layout(location = 0) out vec4 first;   // alpha's bits: which of the four samples it is of; which are bodies
-layout(location = 1) out vec4 second;  // of the other bodies' samples
+layout(location = 0) out vec4 first;   // alpha: bits 0-3: samples that it is of; bits 4-7: samples that are bodies
+layout(location = 1) out vec4 second;  // colour of the other bodies' samples
 #ifdef SHINES
-layout(location = 2) out vec4 opacities;  // of the two
+layout(location = 2) out vec4 opacities;  // x: of first, y: of second
 #endif
 
 struct Surface {
   vec3 position;
   vec4 normal;  // w: roughness
-  vec4 color;   // w: metallic
+  vec4 color;   // w: metallic; above 1.5: unlit
 #ifdef SHINES
-  vec4 shine;
-  float crevice;
+  vec4 shine;     // emitted light; a: alpha
+  float crevice;  // fraction of ambient light that reaches it
 #endif
 };
 
@@ -103,7 +103,7 @@ bool is_body[4];
 float away[4];   // along the ray
 vec4 unlike[4];  // unlikeness of each to the others
 
-/// Reads the samples, and returns the metres between pixels at the first body's.
+/// Reads the samples. Returns the distance between pixels at the first sample of a body, m.
 float see_samples() {
   int side = int(eye.w);
   ivec2 corner = ivec2(gl_FragCoord.xy) * side;
@@ -130,7 +130,7 @@ float see_samples() {
     seen[i].position = eye.xyz + (is_body[i] ? away[i] : 1.0) * rays[i];
     unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
 #ifdef SHINES
-    // Undrawn samples may be no numbers, which a product with 0 would keep.
+    // Where nothing was drawn the sample may be NaN, and 0 * NaN is NaN.
     seen[i].shine = is_body[i] ? texelFetch(emission_alpha, places[i], 0) : vec4(0.0);
     seen[i].crevice = is_body[i] ? texelFetch(crevices, places[i], 0).r : 0.0;
 #endif
@@ -140,8 +140,8 @@ float see_samples() {
   return pixel * away_first;
 }
 
-/// Compares each pair of samples, and finds a sample unlike itself whose normal is not unit. Pairs are written out,
-/// since the compiler would not unroll loops.
+/// Compares each pair of samples. A sample whose normal is much shorter than 1 is unlike itself. Pairs are written
+/// out, since the compiler would not unroll loops.
 void compare_samples(float pixels) {
   for (int i = 0; i < 4; ++i) unlike[i][i] = min(10.0 - 10.0 * dot(seen[i].normal.xyz, seen[i].normal.xyz), 2.0);
   compare(seen[0], seen[1], pixels, unlike[0].y, unlike[1].x);

@@ -14,7 +14,8 @@ namespace substep::render {
 /// Returns a new framebuffer, which becomes the current one.
 GLuint bound_framebuffer(Objects& objects);
 
-/// Gives the current framebuffer a new depth texture beside those textures that are not 0. Returns the depth.
+/// Attaches the textures before the first 0 and a new depth texture to the current framebuffer. Returns the
+/// depth texture.
 GLuint attach_textures(Objects& objects, const std::array<GLuint, 3>& textures, int width, int height);
 
 /// A colour and a depth buffer to draw to.
@@ -34,8 +35,7 @@ struct Target {
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
 };
 
-/// The nearest surface at each sample. Its light is computed once for any number of triangles behind each
-/// other or around the sample.
+/// A G-buffer: the nearest surface at each sample. Light is computed later, for visible surfaces alone.
 struct Surfaces {
   GLuint framebuffer = 0;
   /// packed_surface() of shader_terms.cpp; `with_emission` also emission with alpha, and crevices.
@@ -49,7 +49,7 @@ struct Surfaces {
   /// Has the textures of `shared`, and a depth of its own.
   Surfaces(Objects& objects, const Surfaces& shared);
 
-  /// Makes it the target, and clears its depth.
+  /// Binds the framebuffer, sets the viewport and clears the depth.
   void start() const;
 
   /// Clears the surfaces of the current framebuffer to 0, no normal. Scenes with materials of their own need

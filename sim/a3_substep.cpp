@@ -4,17 +4,17 @@
 // |------|------------------------|------------------------------------------------------|----------------|
 // | 5    | one step of h          | n sub-steps of hs = h/n; geometry stays that of t    | claims 1, 2, 3 |
 // | 7    | v, world               | v̆, local angular velocities; ext/n                   | claim 10       |
-// | 8    | until converged, or ap | m micro-iterations, no test                          | claim 3        |
+// | 8    | until converged or cap | m micro-iterations, no test                          | claim 3        |
 // | 9    | row by row             | blocks of up to three rows where limits are infinite | claim 13       |
 // | 11   | ω                      | τ, κ                                                 | claim 11       |
 // | 15   | –                      | J̆, β from coordinates stepped exactly                | claims 2, 4    |
 //
-// Where the report is silent: λ starts at zero in each sub-step (line 7). Its limits hold for the impulse of
-// the step so far, and τ and κ act on position-level rows alone, so that a motor reaches its own β (line 11).
-// A contact's points are fixed in both bodies for the step; on a ball the point is where the normal meets the
-// ball (line 15). Beyond the report, contacts can have their own τ and κ (claim 17). The sub-step of an
-// impact takes more than m sweeps, since no later sub-step restores an impulse that is missing (line 8).
-// Contacts: contact_batch.h.
+// Where the report is silent: λ starts at zero in each sub-step (line 7). The limits of λ hold for the
+// impulse of the step so far, and τ and κ act on position-level rows alone, so that a motor reaches its own
+// β (line 11). A contact's points are fixed in both bodies for the step; on a ball the point is where the
+// normal meets the ball (line 15). Beyond the report, contacts can have their own τ and κ (claim 17). Where
+// contacts bounce, or collide beside joints, a sub-step takes more than m sweeps, since no later one restores
+// an impulse that is missing (line 8). Contacts: contact_batch.h.
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"
@@ -36,7 +36,7 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc3:5
     // Micro-iterate
-    start_substep(problem, v_hat);     // λ = 0
+    start_substep(problem, v_hat);     // λ = 0, or with warm_start a fraction of λ
     add_external(problem, hs, v_hat);  // proc3:7
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc3:8

@@ -26,7 +26,7 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc4:5
     // Micro-iterate
-    start_substep(problem, v_hat);     // λ = 0
+    start_substep(problem, v_hat);     // λ = 0, or with warm_start a fraction of λ
     add_external(problem, hs, v_hat);  // proc4:7
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc4:8

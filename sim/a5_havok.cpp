@@ -6,8 +6,7 @@
 // | 8    | v̂⁰ = v̆ʲ⁻¹ + ext/n | m̂v⁰ = v̆ʲ⁻¹ + ext/n + svʲ                          | claim 5     |
 // | 16   | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ | svʲ⁺¹ = svʲ + (τ/κ) v̆ʲ: all J̆ are the current one | claim 6     |
 //
-// The report calls mv and sv by the names that they bear in Havok's code: 'Velocity' and 'SumVelocity'.
-// Neither is v̆ or its sum.
+// The report calls mv 'Velocity' and sv 'SumVelocity', as Havok's code does. Neither is v̆ or its sum.
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"
@@ -23,7 +22,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
 
   // Step velocities
   // Sub-step
-  VelocityVector& mv = v_local;  // v̆⁰ = v̆
+  VelocityVector& mv = v_local;  // m̂v from proc5:8 to proc5:15, v̆ otherwise
   VelocityVector& sum_v = work.sum_v;
   VelocityVector& sum = problem.substeps.offset;  // Σ v̆ᵏ
   set_zero(sum);
@@ -32,7 +31,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   box_biases(c, settings);        // proc5:5
   for (int j = 1; j <= n; ++j) {  // proc5:6
     // Micro-iterate
-    start_substep(problem, v_local, &sum_v);  // λ□ = 0
+    start_substep(problem, v_local, &sum_v);  // λ□ = 0, or with warm_start a fraction of λ□
     add_external(problem, hs, v_local);
     add(sum_v, mv);  // proc5:8
     const int m = sweeps_of(problem, usual_m);
@@ -50,8 +49,8 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Sub-step 𝒞 to (t + j·hs)
     subtract(sum_v, mv);  // proc5:15
     add(v_local, sum);
-    add_scaled(tau / kappa, v_local, sum_v);  // proc5:16
-    undo_update_rule(problem, settings, v_local, sum_v);
+    add_scaled(tau / kappa, v_local, sum_v);              // proc5:16
+    undo_update_rule(problem, settings, v_local, sum_v);  // β of rows whose factor is not τ/κ
     carry_momenta(problem, hs, v_local);
     // proc5:17, mvʲ⁺¹ = v̆ʲ + svʲ⁺¹, is at proc5:8 of the next sub-step, so that ext receives v̆
   }

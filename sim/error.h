@@ -1,5 +1,5 @@
 #pragma once
-/// The one exception type of the library: a sentence for the person who gave the input.
+/// The exception for bad input: a sentence for the person who gave the input.
 
 #include <fmt/core.h>
 
@@ -9,8 +9,8 @@
 
 namespace substep {
 
-/// Bad input: a file, an option, a scene that cannot be modelled. The message names the file, the place in
-/// it, what is wrong and, where there is a remedy, what to do. The program prints it and exits with code 2.
+/// An error in a file, an option or a scene. The message names the file, the position in it, what is wrong
+/// and, where there is a remedy, what to do. The program prints it and exits with code 2.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -21,7 +21,7 @@ def expect(condition, what):
 
 
 class DriverService(Service):
-    """Reached by number, as the browser is by a pipe: a bare system may not know the name localhost."""
+    """A service that is reached at 127.0.0.1, since a bare system may not know the name localhost."""
 
     @property
     def service_url(self):
@@ -44,7 +44,7 @@ def browser(size, arguments):
 
 
 def expect_no_network(chrome):
-    """Nor errors of the page."""
+    """Ends the test where the page requested an address of the network, or logged an error."""
     for entry in chrome.get_log("performance"):
         message = json.loads(entry["message"])["message"]
         if message["method"] != "Network.requestWillBeSent":

@@ -30,7 +30,7 @@ struct NewGolden {
 fs::path inside(const fs::path& folder, const std::string& text) {
   const fs::path path = text;
   if (path.is_absolute() || std::ranges::find(path, "..") != path.end())
-    throw Error("the results name {}, which is not among them: run 'substep check' again", text);
+    throw Error("the results name {}, outside {}: run 'substep check' again", text, folder.string());
   return folder / path;
 }
 
@@ -99,7 +99,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   return files;
 }
 
-/// Returns the files to write for all chosen cases. Throws Error before anything is written.
+/// Returns the files to write for all chosen cases. Appends cases without any to `approval.already_good`.
 std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
                                        const fs::path& suite, Approval& approval) {
   if (results.at("suite_hash") != content_hash(read_bytes(suite))) {

@@ -1,10 +1,10 @@
 #pragma once
 /// Makes the results of the last check the new goldens.
 ///
-/// Copies files and runs nothing again, so that a person approves what he looked at. Refuses, and writes
-/// nothing, where a file or a golden changed since the check, where another renderer than the pinned one
-/// drew, and where a picture is blank. Deletes nothing. A case's sidecar is written last, so that the next
-/// check shows an interrupted approval, and the same command completes it.
+/// Copies files (pictures compressed better) and runs nothing again, so that a person approves what he looked
+/// at. Refuses, and writes nothing, where a file or a golden changed since the check, a picture is blank, or
+/// a renderer drew that is not the pinned one (but with renderer = "any"). Deletes nothing. A case's sidecar
+/// is written last, so that the next check shows an interrupted approval, and the same command completes it.
 
 #include <filesystem>
 #include <string>
@@ -22,7 +22,7 @@ struct ApproveOptions {
 
 struct Approval {
   std::vector<std::filesystem::path> written;
-  std::vector<std::string> already_good;  ///< chosen cases that had passed or were approved before
+  std::vector<std::string> already_good;  ///< chosen cases for which nothing had to be written
 };
 
 /// Approves the cases. Throws Error where it refuses.

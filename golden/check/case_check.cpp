@@ -45,7 +45,7 @@ bool draws_its_goldens(const CaseContext& context) {
 /// Returns true where sidecar and track of a case that passes agree with its run.
 bool is_up_to_date(const CaseContext& context) {
   // A run within its tolerance is no reason to rewrite the sidecar.
-  if (!context.live || context.result.poses.motion.judgement != PoseJudgement::exact) return true;
+  if (context.result.poses.motion.judgement != PoseJudgement::exact) return true;
   return context.sidecar.scene_hash == hash_text(context.scene.hash) &&
          context.sidecar.parts == scene_parts(context.scene) &&
          context.sidecar.pose_log_hash == content_hash(to_text(*context.live)) &&
@@ -56,7 +56,7 @@ bool is_up_to_date(const CaseContext& context) {
 /// check's folder but not the program.
 void write_motion_page(CaseContext& context) {
   CaseResult& result = context.result;
-  const bool differs = context.golden && context.golden_track && context.live_track && !result.poses.passes;
+  const bool differs = context.golden && context.golden_track && !result.poses.passes;
   if (result.verdict == Verdict::pass || !differs) return;
   render::Comparison comparison;
   render::ReferenceRun golden;
@@ -135,8 +135,8 @@ void add_log_candidates(CaseContext& context) {
                 context.result);
 }
 
-/// Writes the files that approving would copy. Returns the reason that forbids approving; empty where there
-/// is none.
+/// Writes the log and track that approval would copy, lists them and the pictures, and makes the sidecar.
+/// Returns the reason that forbids approval; empty where there is none.
 std::string prepare_approval(CaseContext& context) {
   const SuiteCase& entry = context.result.entry;
   add_log_candidates(context);
@@ -210,7 +210,7 @@ void check_poses(CaseContext& context) {
   if (poses.difference.first_frame >= 0) {
     poses.motion = compare_motion(context.golden_motion(), context.live_motion(), entry.pose_tolerance);
   } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
-    poses.motion.judgement = PoseJudgement::differs;
+    poses.motion.judgement = PoseJudgement::not_exact;
     context.note("the golden log's poses do not match its hashes: it was edited");
   }
   poses.passes = passes(poses.motion.judgement);

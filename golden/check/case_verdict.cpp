@@ -276,7 +276,7 @@ std::string meaning(const CaseResult& result) {
       "renderer changed (simulation unchanged)",
       "missing: some goldens of this case are missing",
       "new: this case has no goldens yet",
-      "environment: this is not the pinned renderer, and the pictures are beyond the tolerance",
+      "environment: this is not the renderer of the goldens, and the pictures are beyond the tolerance",
       "pass"};
   if (result.verdict == Verdict::simulation_changed && result.images.empty())
     return "simulation changed (renderer not checked)";

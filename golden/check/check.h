@@ -14,8 +14,8 @@
 /// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
 /// checked at all is an error, and the other cases are checked.
 ///
-/// Files of a failing case are in <output>/<case>/: the new pose log and the pictures that PicturePair names.
-/// <output>/results.json has every figure; approve() and the report read it. Goldens are never written here.
+/// <output>/<case>/ has a failing case's new pose log and track, the pictures that PicturePair names, and a
+/// page that plays both runs. <output>/results.json has every figure; approve() and the report read it.
 
 #include <filesystem>
 #include <functional>
@@ -97,7 +97,7 @@ struct CaseResult {
   std::string cause;               ///< cause of the failure in a few words; empty: unknown
   std::string refusal;             ///< why approve() refuses the case; empty: it accepts
   std::filesystem::path files;     ///< the folder with its files
-  double seconds = 0;              ///< time of the check
+  double seconds = 0;              ///< time of the check, without loading the scene
   std::vector<ApprovalCandidate> candidates;
   Json sidecar;  ///< written by approval, which adds date and reason
 };

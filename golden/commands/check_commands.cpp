@@ -26,8 +26,8 @@ void print_notes_of_passing(const Json& results) {
              noted.front()->at("notes").at(0).get<std::string>());
 }
 
-/// Prints the simplest case of each group of failures in full, a line for each group, the totals, and the
-/// report's path.
+/// Prints the simplest case of each group of failures, the groups' lines, orphans, notes of passing cases,
+/// totals, and the files of report and results.
 void print_outcome(const Json& results, const std::filesystem::path& output) {
   const ResultsLocation location = location_of(results, output);
   const std::vector<FailureGroup> groups = failure_groups(results);
@@ -111,7 +111,7 @@ void add_approve_command(CLI::App& app) {
   command->add_option("--output", options->output, "The folder that the check wrote to")
       ->capture_default_str();
   command->footer(
-      "Copies files and runs nothing again. Refuses when they or the goldens changed since the check.\n"
+      "Copies files, runs nothing. Refuses changes since the check, blank pictures, other renderers.\n"
       "Example:\n  substep approve box_stack.a4 --reason \"stiffer contacts, see issue 12\"");
   command->callback([options] { approve_goldens(*options); });
 }

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int longest = 240;  // frames: goldens stay small, and what goes wrong shows by then
+constexpr int most_frames = 240;  // keeps goldens small; faults show by then
 constexpr int full_every = 10;
 
 /// Returns the scene files below a folder, sorted.
@@ -48,15 +48,15 @@ std::vector<fs::path> scene_files(const fs::path& project) {
   return files;
 }
 
-/// Returns the scene's [[case]]. Its frames are the scene's duration rounded down to a multiple of
-/// `full_every`, at most `longest`. Throws Error with the reason where the scene cannot be a case.
+/// Returns the scene's [[case]], whose frames are the scene's duration rounded down to a multiple of
+/// `full_every`, from `full_every` to `most_frames`. Throws Error where the scene cannot be a case.
 std::string case_of(const fs::path& file, const std::string& shown) {
   if (!is_case_name(file.stem().string())) throw Error("its name must be of letters, digits, _ and -");
   const Scene scene = load_scene(file);
   if (std::ranges::none_of(scene.bodies, [](const Body& body) { return body.inverse_mass > 0; }))
     throw Error("nothing in it moves");
   const double all = std::floor(scene.duration / scene.step / full_every) * full_every;
-  const int frames = static_cast<int>(std::clamp<double>(all, full_every, longest));
+  const int frames = static_cast<int>(std::clamp<double>(all, full_every, most_frames));
   const int middle = std::max(full_every, frames / 2 / full_every * full_every);
   return fmt::format("[[case]]\nscene = \"../{}\"\nframes = {}\nimages = [{}{}]\n", shown, frames,
                      middle == frames ? "" : fmt::format("{}, ", middle), frames);
@@ -155,8 +155,8 @@ struct NewSuite {
 };
 
 /// Returns a suite of the scenes (.gltf, .glb) in `project` and its folders, without hidden ones and
-/// `build*`. A scene is a case where it can be loaded and something in it moves. Throws Error where there is
-/// no such folder or no such scene.
+/// `build*`. A scene is a case where it can be loaded and something in it moves; `others` lists the rest.
+/// Throws Error where the folder or every such scene is missing, or a simulator's command lacks {poses}.
 NewSuite new_suite(const InitOptions& options) {
   const fs::path& project = options.project;
   if (!fs::is_directory(project)) throw Error("{}: there is no such folder", project.string());

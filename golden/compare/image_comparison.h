@@ -81,7 +81,7 @@ struct Blame {
   std::int64_t foreground = 0;            ///< pixels that show a body other than the world, in either picture
   std::int64_t differing_foreground = 0;  ///< those of them that differ
   std::vector<BodyBlame> bodies;          ///< those with differing pixels, most levels first
-  bool is_everywhere = false;  ///< whether most pixels differ: by light, camera or sky, not by one body
+  bool is_everywhere = false;  ///< most of sky or ground, or all bodies, differ: by light or camera
 };
 
 /// Attributes each differing pixel to the body that the expected picture shows there or, where that is sky or

@@ -189,7 +189,7 @@ MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& 
   if (tolerance) {
     judge(golden, actual, *tolerance, result);
   } else {
-    result.judgement = PoseJudgement::differs;
+    result.judgement = PoseJudgement::not_exact;
   }
   return result;
 }

@@ -1,13 +1,13 @@
 #pragma once
 /// Compares two runs of a scene: the first difference, and whether a tolerance holds.
 ///
-/// The order of judgement; the first rule that applies decides:
+/// The order of judgement; the first rule that applies decides, and a run that passes 3 to 5 is `within`:
 ///
 ///  1. exact       every frame has the golden hash (case_check.cpp compares the poses, too);
 ///  2. not exact   without a tolerance any difference fails: the rule for our own scenes;
 ///  3. end         the runs must have equally many frames and end alike;
-///  4. poses       until the pairs of bodies that touch differ for the first time, every body must be within
-///                 `position` and `orientation` of the golden one;
+///  4. poses       until the pairs of bodies that touch first differ (without tracks: in every frame), every
+///                 body must be within `position` and `orientation` of the golden one;
 ///  5. invariants  from there on contacts multiply the smallest difference, so poses may differ; but energy,
 ///                 penetration (where deeper than the golden) and the number of resting bodies must agree.
 
@@ -30,7 +30,7 @@ struct PoseTolerance {
   int resting = 1;            ///< bodies
 };
 
-enum class PoseJudgement { exact, within, differs, end, poses, invariants };
+enum class PoseJudgement { exact, within, not_exact, end, poses, invariants };
 
 std::string_view name(PoseJudgement judgement);
 
@@ -68,7 +68,7 @@ struct MotionComparison {
   FirstChange first;
   int contacts_frame = -1;  ///< first whose touching pairs differ; −1: none, or not known
   int limit_frame = -1;     ///< first beyond the tolerance, by poses or invariants
-  std::string limit;        ///< the figure beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
+  std::string limit;        ///< the value beyond it: "body crate position x 0.0012 m (limit 0.0001)"
 };
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,

@@ -17,8 +17,8 @@ struct ResultsLocation {
   std::filesystem::path output;
 };
 
-/// Returns where commands printed for these results find suite and output: relative where they are below the
-/// working folder, for that is what another machine has, too.
+/// Returns the paths for printed commands: relative where they are below the working folder, so that the
+/// command also works in a clone on another machine.
 ResultsLocation location_of(const Json& results, const std::filesystem::path& output);
 
 /// Returns the command that approves a case, from its part of results.json: "substep approve box_stack.a4

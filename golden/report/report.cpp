@@ -56,9 +56,9 @@ std::string pair_title(const Json& pair) {
   const auto about = pair.at("about").get<std::string>();
   const std::string frame = fmt::format("Frame {}", pair.at("frame").get<int>());
   if (about == "renderer")
-    return frame + ": the renderer’s part – golden picture, and golden poses drawn now";
-  if (about == "simulation") return frame + ": the simulation’s part – golden and new poses, both drawn now";
-  if (about == "first visible") return frame + ": the first whose picture is another – old and new poses";
+    return frame + ": changed by the renderer – golden picture, then golden poses drawn now";
+  if (about == "simulation") return frame + ": changed by the simulation – golden, then new poses, drawn now";
+  if (about == "first visible") return frame + ": the first whose picture differs – golden, then new poses";
   return frame + ": no golden to compare with";
 }
 
@@ -155,7 +155,7 @@ std::string groups(const Json& results) {
   return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
 
-/// Returns a picture of the simplest case of each origin of failures, to be seen before the many cases.
+/// Returns pictures of the simplest cases of the first six failure groups that have any.
 std::string first_pictures(const Json& results, ReportPictures& pictures) {
   constexpr std::size_t most = 6;
   std::string figures;
@@ -192,21 +192,21 @@ std::string passing(const Json& results) {
 std::string orphans(const Json& results) {
   if (results.at("orphans").empty()) return {};
   std::string html =
-      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
+      "<h3>Orphans: goldens without a case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
   for (const Json& orphan : results.at("orphans")) html += fmt::format("<li>{}</li>\n", text_of(orphan));
   return html + "</ul>\n";
 }
 
-/// Returns the page's body, with pictures of at most `room` bytes in it and the others linked.
-std::string body(const Json& results, const fs::path& output, std::size_t room) {
+/// Returns the page's body, with pictures of at most `budget` bytes in it and the others linked.
+std::string body(const Json& results, const fs::path& output, std::size_t budget) {
   const std::vector<const Json*> cases = failing_cases(results);
   const std::size_t all = results.at("cases").size();
   std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
-  if (cases.empty()) outcome = results.at("orphans").empty() ? "all as it was" : "goldens of no case";
+  if (cases.empty()) outcome = results.at("orphans").empty() ? "all cases pass" : "goldens without a case";
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  ReportPictures pictures{output, room};
+  ReportPictures pictures{output, budget};
   html += totals_list(results) + first_pictures(results, pictures) + groups(results) + orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
@@ -225,16 +225,15 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  const auto page = [&](std::size_t room) {
+  const auto page = [&](std::size_t budget) {
     return render::filled(embedded::report_html(),
                           {{"title", "substep check: " + text_of(results.at("totals"))},
                            {"style", std::string(embedded::report_css())},
                            {"script", std::string(embedded::report_js())},
-                           {"body", body(results, output, room)}});
+                           {"body", body(results, output, budget)}});
   };
-  // Give pictures the room that text leaves.
-  const std::size_t words = page(0).size();
-  write_file(report_file(output), page(largest_report - std::min(largest_report, words)));
+  const std::size_t size_without_pictures = page(0).size();
+  write_file(report_file(output), page(largest_report - std::min(largest_report, size_without_pictures)));
 }
 
 }  // namespace substep::golden

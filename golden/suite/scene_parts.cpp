@@ -83,7 +83,7 @@ void add_appearance(Digest& digest, const Scene& scene, const Surface& surface,
     const Texture& texture = surface.textures[role];
     if (texture.image < 0) continue;
     digest.add(role, fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes));
-    digest.add(texture.turn, texture.offset, surface.normal_scale, surface.occlusion_strength);
+    digest.add(texture.uv_matrix, texture.offset, surface.normal_scale, surface.occlusion_strength);
     digest.add(texture.wrap, texture.is_sharp_near, texture.is_sharp_far, texture.levels);
     digest.add(attributes.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]);
   }

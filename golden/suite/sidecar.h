@@ -30,7 +30,7 @@ struct Sidecar {
   std::string pose_log_hash;  ///< content hash of the approved pose log
   std::string track_hash;
   Json made_with;
-  std::string platform;  ///< that the golden pictures were approved on
+  std::string platform;  ///< where the golden pictures were drawn
 
   const Picture* picture(int frame) const;
 };

@@ -36,7 +36,7 @@ std::vector<std::string_view> settings_keys() {
 
 /// The keys that [defaults] and a [[case]] share; a case starts from the defaults.
 struct Plan {
-  SuiteCase entry;  ///< without its names, files and settings
+  SuiteCase entry;  ///< without name, golden files and settings: see add_case()
   std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                     Algorithm::a5};
   std::vector<const toml::table*> settings;  ///< applied in this order
@@ -171,7 +171,7 @@ class Reader : private TomlValues {
     if (command != nullptr) {
       for (const toml::node& word : array(*command, "command"))
         entry.command.push_back(text(word, "command"));
-      entry.command = beside(std::move(entry.command), file().parent_path());
+      entry.command = with_files_in(std::move(entry.command), file().parent_path());
       entry.author = command_engine(entry.command).label;
     }
     if (poses != nullptr) {

@@ -9,7 +9,7 @@
 ///     size = [320, 180]               # of the pictures, pixels
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
 ///     renderer = "pinned"             # or "any": pictures are exact on the renderer that drew them
-///     time_limit = 120                # s: a case that takes longer to check is an error
+///     time_limit = 120                # s for the check, or for `command`; longer is an error
 ///     tolerance = { hard = 64, level = 3, count = 20 }   # or { flip = 0.3 }: image_comparison.h
 ///
 ///     [defaults.settings]             # settings_fields.h; else usual_settings() of the scene
@@ -71,7 +71,7 @@ struct SuiteCase {
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
   bool any_renderer = false;  ///< whether pictures of any renderer can be approved, and are exact on it
-  double time_limit = 120;    ///< s; a check that takes longer is an error
+  double time_limit = 120;    ///< s; for `command`, or for the check of another case
 
   std::filesystem::path suite_folder;  ///< where the goldens are
   std::filesystem::path pose_file;     ///< the golden pose log

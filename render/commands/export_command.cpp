@@ -43,7 +43,7 @@ void export_run(const ExportOptions& options) {
   write_file(output, animated_glb(run.scene, frames, log.settings.step * every));
   fmt::print("wrote {}: {} frames, {:g} s apart\n", output.string(), frames.size(),
              log.settings.step * every);
-  if (log.end != "ok") fmt::print("the run {}\n", log.end);
+  if (log.end != "ok") fmt::print("the run ended \"{}\"\n", log.end);
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ void add_export_command(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   options->run.add_to(*command);
   command->add_option("--output", options->output, "The .glb file (SCENE.ALGORITHM.glb)");
-  command->add_option("--rate", options->rate, "Poses in a second, to the nearest whole number of steps")
+  command->add_option("--rate", options->rate, "Poses in a second, as near as steps or full frames allow")
       ->check(CLI::Range(0.1, 100000.0))
       ->capture_default_str();
   command->footer(

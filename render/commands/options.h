@@ -1,5 +1,5 @@
 #pragma once
-/// Typed options that several commands of render share.
+/// Command-line options that several commands of render share.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -22,7 +22,7 @@ std::optional<double> finite_number_in(std::string_view text);
 /// names --width.
 double print_width_in(const std::string& text);
 
-/// The typed panels and times of a film or a player.
+/// The options of a film's or player's panels and times.
 struct ComparisonOptions {
   SceneOptions scene;
   SolverOptions solver;
@@ -37,7 +37,7 @@ struct ComparisonOptions {
   /// Adds the options of panels, of the reference and of threads.
   void add_panels_to(CLI::App& command);
 
-  /// Returns the typed panels, or A1 to A5 and the reference. Warns of the cost of A1. Throws Error.
+  /// Returns the settings, by default with A1 to A5 and the reference. Warns of the cost of A1. Throws Error.
   ComparisonSettings settings(const Scene& scene);
 
  private:
@@ -69,7 +69,7 @@ struct RunEnd {
   std::optional<double> time;
 };
 
-/// The typed input of commands that draw or export: a pose log or table, or a scene that is simulated first.
+/// The input of commands that draw or export: a pose log or table, or a scene that is simulated first.
 struct RunInput {
   std::filesystem::path file;
   std::optional<std::filesystem::path> scene;

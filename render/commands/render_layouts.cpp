@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a picture of the scene at its poster's time, or where the run diverges if that is earlier.
+/// Returns a picture of the scene at its poster's time, by default half its duration, or when it diverges.
 Image picture_of(const Scene& scene, const SolverOptions& solver, const RenderSettings& render) {
   const Settings settings = solver.settings(scene);
   const double time = scene.poster.value_or(scene.duration / 2);
@@ -32,6 +32,7 @@ Image picture_of(const Scene& scene, const SolverOptions& solver, const RenderSe
 
 constexpr double inch = 25.4;  // mm
 
+/// Returns the times of --time, sorted. Throws Error where one is outside the run.
 std::vector<double> times_in(const std::vector<std::string>& typed, double duration) {
   std::vector<double> times;
   for (const std::string& text : typed) {
@@ -46,7 +47,7 @@ std::vector<double> times_in(const std::vector<std::string>& typed, double durat
   return times;
 }
 
-/// Sets the size of a picture: in print, all columns together have the width and `size` gives the shape.
+/// Sets the size of each picture; with --width from the columns and --size's aspect ratio. Scales the text.
 void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   const ImageSize size = image_size_in(options.size.value_or("640x360"));
   sheet.width = size.width;
@@ -118,7 +119,7 @@ void draw_stills(const RenderOptions& options) {
   TimeSheet drawn;
   {
     Progress progress;
-    sheet.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+    sheet.progress = [&progress](std::string_view stage, double fraction) { progress.show(stage, fraction); };
     drawn = draw_time_sheet(scene, sheet);
   }
   const double width =

@@ -122,8 +122,8 @@ class Player {
     $('reset').addEventListener('click', () => this.resetCamera());
     $('save').addEventListener('click', () => this.save());
     $('help').addEventListener('click', () => this.help());
-    document.addEventListener('keydown', (event) => this.key(event));
-    $('precision').textContent = `Frames between two steps are interpolated. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
+    document.addEventListener('keydown', (event) => this.onKey(event));
+    $('precision').textContent = `Frames between two steps are interpolated. Positions are good to ${lengthLabel(data.unit / 2)}, rotations to 3e-5 rad.`;
   }
 
   /** Shows one of data.strips in the strips. */
@@ -141,7 +141,7 @@ class Player {
     $('legend').textContent = [data.shared, strips].filter(Boolean).join(' · ');
   }
 
-  key(event) {
+  onKey(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const {key} = event;
     const {data} = this;
@@ -178,8 +178,8 @@ class Player {
     if (button.disabled) return;
     this.on[name] = !this.on[name];
     button.setAttribute('aria-pressed', String(this.on[name]));
-    this.writeKey();
-    // The legend changes the layout.
+    this.writeOverlayLegend();
+    // The overlays' legend changes the layout.
     this.layOut();
   }
 
@@ -190,7 +190,7 @@ class Player {
   }
 
   /** Explains the overlays that are on. */
-  writeKey() {
+  writeOverlayLegend() {
     const {data, on} = this;
     const parts = [];
     if (on.trails) parts.push('<span><b>—</b> the last second’s way</span>');

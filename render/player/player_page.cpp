@@ -281,7 +281,7 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"shared", titles_of(comparison.runs).shared},
                {"scale", {scale.lower, scale.upper}},
                {"strips", strips_of(comparison)},
-               {"ramp", error_ramp},
+               {"ramp", tint_ramp},
                {"view", view_of(scene, comparison, parts)},
                {"light", light_of(scene, parts)},
                {"looks", needs_looks(scene)}};

@@ -9,8 +9,8 @@ async function embeddedBytes() {
 }
 
 /**
- * Decodes pose_stream(): returns seven numbers for each body and frame, body 0 at rest, and the index of the next byte. `unit`: m of a
- * step of a position; `turnParts`: steps of a quaternion component in 1.
+ * Decodes pose_stream(): returns seven numbers for each body and frame, body 0 at rest, and the index of the next byte. `unit`:
+ * quantum of positions, m; `turnParts`: quanta per unit of a quaternion component.
  */
 function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   const values = new Float32Array(frames * bodies * 7);
@@ -108,8 +108,8 @@ async function readRecording() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const bytes = await embeddedBytes();
   const {meshes, nodes, images} = await modelsFrom(bytes.subarray(0, data.glb_size));
-  // Skip node 0, the ground: the painter draws its own.
   Object.assign(data, {meshes, images});
+  // Skip node 0, the ground: the painter draws its own.
   data.bodies.forEach((body, i) => { body.mesh = nodes[1 + i].mesh; });
   let at = data.glb_size;
   const next = (frames) => {
@@ -161,7 +161,7 @@ function bodyError(data, track, k, body) {
 /** Returns "1.23", "12.3", "123". */
 const threeDigits = (value) => value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0);
 
-/** Returns "1.23 m", "45.6 mm", "7.8 µm", as in the films. */
+/** Returns "1.23 m", "45.6 mm", "7.80 µm", as in the films. */
 function lengthLabel(metres) {
   if (metres >= 1e6) return '> 1000 km';
   for (const [size, name] of [[1e3, 'km'], [1, 'm'], [1e-3, 'mm'], [1e-6, 'µm']]) {

@@ -1,5 +1,4 @@
-// The strips below the pictures: error, joint gap, energy, depth or the expected quantity over time, on one scale in all
-// panels, as in the films.
+// The strips below the pictures: error, joint gap, energy, depth or the expected quantity over time, on one scale.
 
 const STRIP = {grid: '#343c48', bright: '#ecf0f5', quiet: '#929caa', alarm: '#ff5c69', surface: '#181d25'};
 const FONT = "'DejaVu Sans', Verdana, system-ui, sans-serif";
@@ -66,7 +65,7 @@ class Strip {
     return value >= uncertainty ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
-  /** Returns the text of a value on the strip's axis, like StripAxis::label() in C++. */
+  /** Returns the text of a value on the strip's axis; films shorten values of 1000 and more otherwise. */
   axisLabel(value) {
     const {logarithmic, unit} = this.kind;
     if (logarithmic) return lengthLabel(value);

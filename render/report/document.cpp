@@ -34,10 +34,10 @@ std::string with_marks(const std::string& text) {
 
 /// Returns the picture as a URL, which keeps the picture's styles and names apart from the page's.
 std::string data_address(const Document::Block& picture) {
-  const std::string& svg = picture.content;
-  if (picture.file.ends_with(".png")) return "data:image/png;base64," + base64(svg);
+  const std::string& content = picture.content;
+  if (picture.file.ends_with(".png")) return "data:image/png;base64," + base64(content);
   std::string result = "data:image/svg+xml;charset=utf-8,";
-  for (const char c : svg) {
+  for (const char c : content) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte >= 0x7f || c == '%' || c == '#' || c == '"' || c == '<' || c == '>' || c == '&') {
       result += fmt::format("%{:02X}", byte);

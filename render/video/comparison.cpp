@@ -75,7 +75,7 @@ struct ComparisonContext {
   Tally tally{};
   std::int64_t total = 0;     ///< steps of all runs
   ReferenceAttempt fine{};    ///< the reference's run with `substeps` steps in a step
-  ReferenceAttempt coarse{};  ///< and its run with half of them
+  ReferenceAttempt coarse{};  ///< the reference's run with `substeps` / 2 steps in a step
   bool is_smooth = false;     ///< the reference integrator makes both runs, else A1
   int substeps = 0;           ///< of the reference; 0: not known yet
 
@@ -116,7 +116,7 @@ void settle_reference(ComparisonContext& work) {
   work.substeps = 2 * eighth;
 }
 
-/// Simulates the two runs of the reference at all sub-steps.
+/// Simulates the two runs of the reference, with all sub-steps and with half of them.
 void simulate_reference_runs(ComparisonContext& work) {
   work.substeps = work.settings.reference_substeps;
   const auto simulate_both = [&] {

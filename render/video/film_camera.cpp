@@ -13,7 +13,7 @@
 namespace substep::render {
 namespace {
 
-/// Returns the index of a body. Throws Error that lists bodies.
+/// Returns the index of a body. Throws Error that lists the bodies where none has this name.
 int body_named(const std::string& name, const Scene& scene) {
   std::string known;
   for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
@@ -37,6 +37,7 @@ Camera scene_camera(const std::string& name, const Scene& scene) {
               known.empty() ? "it has none" : known);
 }
 
+/// Returns v rotated about +Y.
 glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
   return {by.cosine * v.x + by.sine * v.z, v.y, by.cosine * v.z - by.sine * v.x};
 }
@@ -68,7 +69,7 @@ FilmCamera camera_named(const std::string& text, const Scene& scene) {
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data() + orbit.size(), end, camera.degrees_per_second);
     if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(camera.degrees_per_second))
-      throw Error("--camera '{}': give orbit:DEGREES, of a second of film", text);
+      throw Error("--camera '{}': give orbit:DEGREES, degrees per second of film", text);
   } else if (text != "scene") {
     throw Error("--camera '{}': give scene, fit, name:CAMERA, follow:BODY or orbit:DEGREES", text);
   }
@@ -113,17 +114,18 @@ View moved(const View& view, const FilmCamera& camera, const Vector3& shift, dou
 
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison) {
   std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
-  // Read one to two hundred frames of each run
-  const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
   const Vector3 middle = middle_of(scene);
   std::vector<double> reaches;
   for (const Run& run : comparison.runs) {
     double& reach = reaches.emplace_back(0);
     for (const std::vector<Coordinates>& poses : run.poses) reach = std::max(reach, farthest(middle, poses));
   }
+  // Allow 1.1 of the runs' lower median distance, and at least 0.65 of the scene's size
   std::ranges::sort(reaches);
   const double calm = reaches.empty() ? 0 : reaches[(reaches.size() - 1) / 2];
   const double most = std::max(1.1 * calm, 0.65 * size_of(scene));
+  // Add 100 to 200 frames of a run, or all of a shorter one, until a body leaves that distance
+  const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
   for (const Run& run : comparison.runs) {
     for (std::size_t k = 0; k < run.poses.size(); k += stride) {
       if (farthest(middle, run.poses[k]) > most) break;

@@ -85,7 +85,7 @@ std::vector<double> tint_values(const Overlays& overlays, const OverlayFrame& fr
           squared_distance(frame.scene.bodies[body], poses[body], frame.reference->poses[frame.k][body])));
     }
   } else if (overlays.tint != Overlays::Tint::none) {
-    const auto& frames = overlays.tint == Overlays::Tint::velocity ? readings.speeds : readings.depths;
+    const auto& frames = overlays.tint == Overlays::Tint::speed ? readings.speeds : readings.depths;
     if (!frames.empty()) values.assign(at_frame(frames, frame.k).begin(), at_frame(frames, frame.k).end());
   }
   return values;

@@ -13,8 +13,8 @@
 
 namespace substep::render {
 
-/// Colours of errors: viridis, at five positions. Its lightness rises evenly, also for the colour-blind.
-inline constexpr std::array<Color, 5> error_ramp{
+/// Colours of tints: viridis, at five positions. Its lightness rises evenly, also for the colour-blind.
+inline constexpr std::array<Color, 5> tint_ramp{
     {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
 
 namespace overlay_colors {
@@ -24,7 +24,7 @@ inline constexpr Color arrow_color{255, 214, 64};
 inline constexpr Color idle_color{190, 200, 212};  ///< of contacts without an impulse
 }  // namespace overlay_colors
 
-/// Returns the colour of errors at a fraction of their scale.
+/// Returns the tint at a fraction of its scale, clamped to 0 to 1.
 Color ramp_at(double fraction);
 
 struct Overlays {
@@ -33,13 +33,13 @@ struct Overlays {
   bool ghost = false;     ///< the outline of the bodies in the reference
   bool contacts = false;  ///< contact points, and the impulses there as arrows
   /// The quantity that colours the bodies: distance from the reference, penetration or speed.
-  enum class Tint { none, error, penetration, velocity };
+  enum class Tint { none, error, penetration, speed };
   Tint tint = Tint::none;
 
   bool any() const { return trails || joints || ghost || contacts || tint != Tint::none; }
 };
 
-/// Returns the overlays of these names. Throws Error.
+/// Returns the overlays of these names. Throws Error for an unknown name or a second tint.
 Overlays overlays_named(const std::vector<std::string>& names);
 
 /// The scales of overlays, the same in all panels and frames.

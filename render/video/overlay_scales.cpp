@@ -49,12 +49,12 @@ double round_up(double value) {
 using namespace overlay_colors;
 
 Color ramp_at(double fraction) {
-  const double position = std::clamp(fraction, 0.0, 1.0) * (error_ramp.size() - 1);
-  const auto index = std::min(static_cast<std::size_t>(position), error_ramp.size() - 2);
+  const double position = std::clamp(fraction, 0.0, 1.0) * (tint_ramp.size() - 1);
+  const auto index = std::min(static_cast<std::size_t>(position), tint_ramp.size() - 2);
   Color color{};
   for (std::size_t c = 0; c < 3; ++c) {
-    const double from = error_ramp[index][c];
-    const double to = error_ramp[index + 1][c];
+    const double from = tint_ramp[index][c];
+    const double to = tint_ramp[index + 1][c];
     color[c] =
         static_cast<std::uint8_t>(std::lround(from + (to - from) * (position - static_cast<double>(index))));
   }
@@ -69,7 +69,7 @@ Overlays overlays_named(const std::vector<std::string>& names) {
        {"ghost", &Overlays::ghost},
        {"contacts", &Overlays::contacts}}};
   constexpr std::array<std::pair<std::string_view, Tint>, 3> tints{
-      {{"error", Tint::error}, {"penetration", Tint::penetration}, {"velocity", Tint::velocity}}};
+      {{"error", Tint::error}, {"penetration", Tint::penetration}, {"velocity", Tint::speed}}};
   Overlays overlays;
   for (const std::string& name : names) {
     const auto is_named = [&](const auto& entry) { return entry.first == name; };
@@ -97,7 +97,7 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   const Decades errors = axis_of(comparison, Strip::error).decades;
   scales.low = std::pow(10.0, errors.lower);
   scales.high = std::pow(10.0, errors.upper);
-  if (overlays.tint == Overlays::Tint::velocity) {
+  if (overlays.tint == Overlays::Tint::speed) {
     std::vector<double> speeds = values_of(scene, comparison, &FrameQuantities::speeds);
     scales = {false, 0, round_up(quantile(speeds, 0.98))};
   } else if (overlays.tint == Overlays::Tint::penetration) {
@@ -134,7 +134,7 @@ std::vector<KeyEntry> key_of(const Overlays& overlays, const OverlayScales& scal
   add(overlays.contacts, "● ", idle_color, "contact  ");
   add(overlays.contacts, "●→ ", arrow_color, "its impulse in a step    ");
   if (overlays.tint == Overlays::Tint::none) return key;
-  const bool is_speed = overlays.tint == Overlays::Tint::velocity;
+  const bool is_speed = overlays.tint == Overlays::Tint::speed;
   const auto label = [&](double value) {
     return is_speed ? fmt::format("{:g} m/s", value) : length_label(value);
   };

@@ -130,7 +130,7 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
       if (key.str() == "command") {
         for (const toml::node& word : toml.array(value, "command"))
           typed.command.push_back(toml.text(word, "command"));
-        typed.command = beside(std::move(typed.command), file.parent_path());
+        typed.command = with_files_in(std::move(typed.command), file.parent_path());
       } else if (key.str() == "show") {
         typed.show = text_of(value, "show");
       } else if (key.str() == "title") {

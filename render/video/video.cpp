@@ -188,7 +188,7 @@ ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settin
   QuantityChoice& readings = comparison.readings;
   readings.gap = settings.overlays.joints;
   for (const Strip strip : settings.strips) readings.add(strip, scene);
-  readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;
+  readings.speeds = settings.overlays.tint == Overlays::Tint::speed;
   readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
   readings.contacts = settings.overlays.contacts;
   return comparison;

@@ -98,7 +98,7 @@ struct Quantity {
   bool in_node = false;  ///< the direction is in the body's node
 };
 
-/// The time at which a quantity is compared.
+/// The value of a quantity that is compared: the worst, that at a time, a mean, that of a peak, …
 inline const Json any_time = Json::object();
 inline Json at_time(double seconds) {
   return {{"at", seconds}};
@@ -171,9 +171,9 @@ class GltfBuilder {
   /// Expects that no centre of these bodies, or of any, is ever further from its start than `tolerance`.
   void expect_standing(double tolerance, std::string_view source,
                        const std::vector<std::string>& bodies = {});
-  /// Expects the energy of the start, J, where nothing drives the scene and nothing in it takes energy.
+  /// Expects the energy to differ from the start's by at most `tolerance`, J: without drives and losses.
   void expect_constant_energy(double tolerance, std::string_view source);
-  /// Expects at most the energy of the start, J, where nothing drives the scene.
+  /// Expects the energy never to exceed the start's by more than `tolerance`, J.
   void expect_no_gain(double tolerance, std::string_view source);
 
   /// Returns the material of a finish: one for each name, in the order of the first calls.
@@ -225,7 +225,7 @@ class GltfBuilder {
   /// Puts a node's collider into a collision system. It collides with `only_with` alone, or with all.
   void collide_as(int node, std::string_view system, std::optional<std::string_view> only_with = {});
 
-  /// Add a ball joint, which keeps two points together, or a hinge, which only turns about the node's +Z.
+  /// Return the description of a ball joint, which keeps two points together, or a hinge about the node's +Z.
   int ball_joint() { return joint_description({locked(AxesLimit::Kind::linear, {0, 1, 2})}); }
   int hinge(const std::vector<AxisDrive>& drives = {});
   int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});

@@ -1,7 +1,6 @@
 #pragma once
-/// Meshes modelled by the scenes' generator: solids with rounded edges and smooth normals.
-///
-/// Lengths in metres. Nothing here calls libm beyond sqrt, so the same bytes come out everywhere.
+/// Meshes modelled by the scenes' generator: solids with rounded edges and smooth normals, in metres.
+/// Nothing here calls libm beyond sqrt, so the same bytes come out everywhere.
 
 #include <array>
 #include <cstdint>
@@ -18,7 +17,7 @@ struct Mesh {
   std::vector<Vector3> normals;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
-  /// Adds the triangles of `other`.
+  /// Adds the triangles of `other`. Both have normals, or neither, unless one is empty.
   Mesh& operator+=(const Mesh& other);
 };
 
@@ -66,12 +65,11 @@ inline Mesh cuboid(const Vector3& size, double radius, int segments = 3) {
 /// Returns the solid's mesh with flat faces and sharp edges.
 Mesh faceted(const Polyhedron& solid);
 
-/// A corner of the outline of a turned solid, at a distance from the axis and a height. Where `fillet` is not
-/// 0 the corner is rounded with this radius; otherwise it is sharp.
+/// A corner of the outline of a turned solid, at a distance from the axis and a height.
 struct ProfilePoint {
   double radius;
   double y;
-  double fillet = 0;
+  double fillet = 0;  ///< radius by which the corner is rounded; 0: sharp
 };
 using Profile = std::vector<ProfilePoint>;
 
@@ -80,8 +78,7 @@ inline ProfilePoint corner(double radius, double y, double fillet = 0) {
 }
 
 /// Returns the solid of revolution about +Y of a profile from the bottom up, with the solid on the profile's
-/// left when radius is drawn to the right. `closed`: the last point joins the first (a ring), else both are
-/// on the axis.
+/// left if radius is drawn to the right. `closed`: the last point joins the first; else both are on the axis.
 Mesh turned(const Profile& profile, int sides, bool closed = false);
 
 /// Returns a ball about the origin.

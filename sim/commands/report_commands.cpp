@@ -44,11 +44,11 @@ void published(PublishedCommandOptions options) {
   std::vector<PublishedMeasurement> measurements;
   {
     Progress progress;
-    options.measure.progress = [&](double share) { progress.show("measuring", share); };
+    options.measure.progress = [&](double fraction) { progress.show("measuring", fraction); };
     measurements = measure_published(results, options.measure);
   }
   if (measurements.empty())
-    throw Error("--only '{}': no result that runs has this in its name", options.measure.only);
+    throw Error("--only '{}': no result with a run has this in its name", options.measure.only);
   options.output.write(to_markdown(measurements));
 }
 
@@ -61,7 +61,7 @@ void add_claims_command(CLI::App& report) {
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
   options->output.add_to(*command);
   command->footer(
-      "A claim that does not hold is a finding: the exit code is still 0. Only timings, marked by ~, differ "
+      "A claim that does not hold is a finding: the exit code is still 0. Only times, marked by ~, differ "
       "from run to run.\n"
       "Example:\n  substep report claims");
   command->callback([options] { claims(*options); });

@@ -14,7 +14,6 @@
 #include "sim/commands/options.h"
 #include "sim/commands/output.h"
 #include "sim/direct/mlcp.h"
-#include "sim/error.h"
 #include "sim/loading/scene_settings.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
@@ -74,8 +73,8 @@ class RunSummary {
     }
   }
 
-  /// Prints warnings, except `doubt`, which was printed before the run. Returns the errors, and the run's end
-  /// unless it is "ok".
+  /// Prints the warnings of a run that did not diverge, except `doubt`, which was printed before the run.
+  /// Returns the run's end unless it is "ok", and the errors.
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);

@@ -62,7 +62,8 @@ void set_patch_corners(int count, double tolerance, std::array<PatchPoint, most_
   }
 }
 
-bool is_flat_surface(const Contact& contact) {
+/// Returns true where a contact has friction, no impact and no round or rolling surface.
+bool can_be_in_patch(const Contact& contact) {
   return contact.restitution == Contact::no_impact && contact.friction > 0 && !contact.rolls_a &&
          !contact.rolls_b && !contact.turns_with_a && !contact.turns_with_neither;
 }
@@ -78,7 +79,7 @@ struct PatchPoints {
   PlaneFit fit;
 };
 
-/// Returns a shape with the means over its contacts, and axes by the first.
+/// Returns a shape with the contacts' mean arms and friction and largest overlap, and the first's axes.
 PatchShape start_shape(const Contact* contacts, int count, const Coordinates& a, const Coordinates& b) {
   PatchShape shape{};
   shape.arm_a = shape.arm_b = Vector3::Zero();
@@ -177,7 +178,7 @@ void add_forces(const Contact* contacts, int count, const PatchPoints& points, P
 
 std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
                                       const Coordinates& b) {
-  if (!std::all_of(contacts, contacts + count, is_flat_surface)) return std::nullopt;
+  if (!std::all_of(contacts, contacts + count, can_be_in_patch)) return std::nullopt;
   PatchShape shape = start_shape(contacts, count, a, b);
   const PatchPoints points = measure_points(contacts, count, shape);
   if (!fit_planes(contacts, count, points, shape)) return std::nullopt;

@@ -1,7 +1,7 @@
 #pragma once
-/// Operations on the lanes of contact_batch.h, and the data that its kernels share. The
-/// calling convention of wide vectors depends on the instruction set, so that all functions are inlined into
-/// kernels, which are compiled with and without four-wide instructions (four_wide.h).
+/// Operations on the lanes of contact_batch.h, and the data that its kernels share. All functions are inlined
+/// into the kernels, which are compiled with and without four-wide instructions (four_wide.h), since wide
+/// vectors are passed differently with each instruction set.
 
 #include <algorithm>
 #include <array>
@@ -247,13 +247,14 @@ SUBSTEP_KERNEL BatchBodies bodies_of(const ContactBatch& x, const Formulation& f
 /// Kinds of kernels. Unscaled ones omit κ = τ = ω = 1 and do not compute the largest change.
 enum class KernelKind { unscaled, general };
 
+/// Returns factor · x, or x in an unscaled kernel.
 template <KernelKind kind>
 SUBSTEP_KERNEL Lanes times(double factor, const Lanes& x) {
   if constexpr (kind == KernelKind::unscaled) return x;
   return all(factor) * x;
 }
 
-/// A kernel's data: a batch, κ, τ and ω, and the batch's rows if it is solved by points.
+/// A kernel's data: a batch, κ, τ, ω and scale, and the batch's rows if it is solved by points.
 struct KernelData {
   const ContactBatch& x;
   const RowSolve& how;

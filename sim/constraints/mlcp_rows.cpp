@@ -30,6 +30,7 @@ class MlcpWriter {
 
   /// Adds the rows of a lane's manifold, point by point: the normal, then its friction.
   void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane) {
+    // A1's guess of λ: StartImpulses are minus the last step's impulses, as the sums start from 0.
     const StartImpulses& before = contacts.start_impulses;
     const bool is_warm = before.points.size() == contacts.normals.size();
     int normal = 0;

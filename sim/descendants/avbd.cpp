@@ -35,7 +35,7 @@ constexpr double angular_growth = 0.01;          // of angular rows' β, relativ
 constexpr double sticking_distance = 1e-5;       // m
 constexpr double least_inverse_inertia = 1e-30;  // of bodies that do not turn, 1/(kg m²)
 
-/// Returns the rotation vector from one orientation to another, in their frame.
+/// Returns the rotation vector from one orientation to another, in the frame of `from`.
 Vector3 turn(const Quaternion& from, const Quaternion& to) {
   return rotation_vector(from.conjugate() * to);
 }
@@ -44,8 +44,7 @@ double decayed(double penalty) {
   return std::clamp(gamma * penalty, least_penalty, largest_penalty);
 }
 
-/// Returns (1 − α) C of a step's start: the step leaves α C uncorrected. A gap of separate bodies stays
-/// whole.
+/// Returns what a step corrects of the violation C at its start: (1 − α) C, or all of separate bodies' gap.
 double start_value(double value, bool is_one_sided, double alpha) {
   return is_one_sided && value > 0 ? value : (1 - alpha) * value;
 }
@@ -185,7 +184,7 @@ void make_rows(const std::vector<Coordinates>& q, const Settings& settings, Prob
   work.blocks.reserve(c.blocks.size() + most_contacts);
   work.blocks_of.reserve(2 * work.blocks.capacity());
   work.sticks.reserve(work.blocks.capacity());
-  problem.substeps.part = 1;
+  problem.substeps.part = 1;  // so that −h β is all of a gap
   formulate(problem, q, h);
   const bool is_known = start.size() == 2 * c.rows.size();
   for (std::size_t i = 0; i < c.blocks.size(); ++i) {
@@ -194,7 +193,7 @@ void make_rows(const std::vector<Coordinates>& q, const Settings& settings, Prob
     for (int k = x.first; k < x.first + x.rows; ++k) {
       work.rows.push_back(row_of(c.rows[k], x, h, settings, is_known ? start[k] : 0,
                                  is_known ? start[c.rows.size() + k] : least_penalty));
-      // Keep −α C⁻ alone: update() adds C at the current coordinates
+      // Keep −α times the violation at the start: update() adds C at the current coordinates
       if (x.stabilized) work.rows.back().value += h * c.rows[k].beta;
     }
   }

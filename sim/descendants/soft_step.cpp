@@ -93,8 +93,8 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
   return x.row[0].linear.dot(apart) + x.gap_offset;
 }
 
-/// Returns a normal's λ' = −m (mass_scale J v + bias) − impulse_scale λ, with m its effective mass and `bias`
-/// the scaled position error, and with λ + λ' >= 0.
+/// Returns a normal's λ' = −m (mass_scale J v + bias) − impulse_scale λ, with λ + λ' >= 0 and m its effective
+/// mass. `bias`, m/s: mass_scale bias_rate gap, at least −fastest_push; of separate bodies gap/hs.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
   const double velocity = velocity_along(x, 0, v);
   // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.

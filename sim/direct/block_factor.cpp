@@ -7,8 +7,7 @@
 namespace substep {
 namespace {
 
-/// Inverts a symmetric positive matrix by its factors. Returns false where a pivot is at most `least` times
-/// its element of `whole`.
+/// Inverts a symmetric matrix. Returns false where a pivot is at most `least` times its element of `whole`.
 bool invert(const Matrix3& matrix, const Vector3& whole, double least, Matrix3& inverse) {
   const double d0 = matrix(0, 0);
   if (!(d0 > least * whole[0])) return false;
@@ -58,7 +57,7 @@ void BlockFactor::analyse(int count, std::vector<std::pair<int, int>>& pairs) {
   index_.resize(count);
   for (int i = 0; i < count; ++i) index_[position_[i]] = i;
 
-  // The rows of a column are those of the matrix and of the columns whose first row it is.
+  // Find the fill: a column has its own rows, and the other rows of earlier columns whose first row it is.
   std::vector<std::vector<int>> rows(count);
   for (auto& [row, column] : pairs) {
     if (position_[row] < position_[column]) std::swap(row, column);
@@ -103,7 +102,7 @@ void BlockFactor::clear() {
 
 bool BlockFactor::factor(double least) {
   const int count = static_cast<int>(index_.size());
-  for (int p = 0; p < count; ++p) right_[p] = diagonal_[p].diagonal();
+  for (int p = 0; p < count; ++p) right_[p] = diagonal_[p].diagonal();  // judges pivots
   const int* target = targets_.data();
   for (int p = 0; p < count; ++p) {
     if (!invert(diagonal_[p], right_[p], least, inverse_[p])) return false;
@@ -111,7 +110,7 @@ bool BlockFactor::factor(double least) {
     const int end = begin_[p + 1];
     for (int i = begin; i < end; ++i) {
       column_[i - begin] = lower_[i];
-      lower_[i].noalias() = column_[i - begin] * inverse_[p];
+      lower_[i].noalias() = column_[i - begin] * inverse_[p];  // L = A D⁻¹
       for (int j = begin; j < i; ++j)
         lower_[*target++].noalias() -= lower_[i] * column_[j - begin].transpose();
       diagonal_[row_[i]].noalias() -= lower_[i] * column_[i - begin].transpose();
@@ -123,10 +122,10 @@ bool BlockFactor::factor(double least) {
 void BlockFactor::solve(std::vector<Vector3>& x) {
   const int count = static_cast<int>(index_.size());
   for (int p = 0; p < count; ++p) right_[p] = x[index_[p]];
-  for (int p = 0; p < count; ++p) {
+  for (int p = 0; p < count; ++p) {  // L y = b
     for (int i = begin_[p]; i < begin_[p + 1]; ++i) right_[row_[i]].noalias() -= lower_[i] * right_[p];
   }
-  for (int p = count - 1; p >= 0; --p) {
+  for (int p = count - 1; p >= 0; --p) {  // D Lᵀ x = y
     Vector3 sum = inverse_[p] * right_[p];
     for (int i = begin_[p]; i < begin_[p + 1]; ++i) sum.noalias() -= lower_[i].transpose() * right_[row_[i]];
     right_[p] = sum;

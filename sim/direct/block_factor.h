@@ -23,8 +23,7 @@ class BlockFactor {
   /// Returns the block of a pair, in the order that analyse() left.
   Matrix3& block(int pair) { return lower_[edge_of_pair_[pair]]; }
 
-  /// Factors the blocks that were set. Returns false where a pivot is not above `least` times its element of
-  /// the diagonal.
+  /// Factors the blocks that were set. Returns false unless pivots exceed `least` × diagonal.
   bool factor(double least);
 
   /// Solves for `x`, in place, by index.

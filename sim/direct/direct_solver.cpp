@@ -175,7 +175,7 @@ double JointSolver::residual(const Mlcp& problem) {
   // Compare squares over Γ_xx, to avoid square roots.
   double largest = 0;
   double sum = 0;  // finite if all residuals are
-  scale_ = 0;
+  squared_scale_ = 0;
   for_each_row([&](std::size_t group, int k, int i) {
     const Mlcp::Row& row = problem.rows[i];
     double missing = row.right - row.softness * multipliers_[group][k];
@@ -184,11 +184,11 @@ double JointSolver::residual(const Mlcp& problem) {
     left_[group][k] = missing;
     const double squared = squared_residual(row, i, missing);
     largest = std::max(largest, squared);
-    scale_ = std::max(scale_, row.right * row.right * inverse_gamma_[i]);
+    squared_scale_ = std::max(squared_scale_, row.right * row.right * inverse_gamma_[i]);
     sum += squared;
   });
   if (!std::isfinite(sum)) return infinity;
-  return scale_ > 0 ? std::sqrt(largest / scale_) : 0;
+  return squared_scale_ > 0 ? std::sqrt(largest / squared_scale_) : 0;
 }
 
 double JointSolver::squared_residual(const Mlcp::Row& row, int i, double missing) const {
@@ -215,7 +215,7 @@ int JointSolver::violated(const Mlcp& problem) const {
   int count = 0;
   for_each_row([&](std::size_t group, int k, int i) {
     const double squared = squared_residual(problem.rows[i], i, left_[group][k]);
-    count += std::sqrt(squared) > MlcpSolver::tolerance * std::sqrt(scale_) ? 1 : 0;
+    count += std::sqrt(squared) > MlcpSolver::tolerance * std::sqrt(squared_scale_) ? 1 : 0;
   });
   return count;
 }

@@ -26,27 +26,27 @@ class JointSolver {
  private:
   bool is_known(const Mlcp& problem) const;
   void analyse(const Mlcp& problem);
-  /// Calls `what` with each row: the index of its group, its index in the group, and its index in the
-  /// problem.
+  /// Calls `what` with the index of each row's group, and the row's index in the group and in the problem.
   template <typename Function>
   void for_each_row(const Function& what) const {
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       for (int k = 0; k < groups_[group].rows; ++k) what(group, k, groups_[group].row[k]);
     }
   }
-  /// Returns whether joints close a loop, with all fixed bodies as one, or two bodies share more than six
-  /// rows.
+  /// Returns true where joints close a loop, fixed bodies being one, or two bodies share more than six rows.
   bool has_loops(const Mlcp& problem) const;
   bool factor(const Mlcp& problem, double shift);
   bool solve_tree(const Mlcp& problem, MlcpReport& report);
   bool solve_loops(const Mlcp& problem, MlcpReport& report);
-  /// Sets the residual of the right sides, and Gᵀλ. Returns the largest residual relative to the right sides.
+  /// Sets the residuals b − (Γ + S)λ and Gᵀλ. Returns the largest, relative to the largest right side.
   double residual(const Mlcp& problem);
   double squared_residual(const Mlcp::Row& row, int i, double missing) const;
   /// Sets `impulses` to Gᵀ of a combination of rows.
   void set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination,
                     std::vector<Vector6>& impulses) const;
+  /// Returns true where the residual lies in directions in which Γ + S is nearly zero.
   bool rest_is_redundant(const Mlcp& problem);
+  /// Returns the number of rows whose residual is beyond the tolerance.
   int violated(const Mlcp& problem) const;
 
   /// Up to three rows between the same two bodies.
@@ -72,10 +72,10 @@ class JointSolver {
   BlockFactor factor_;
   std::vector<double> gamma_;          ///< by row: Γ_xx
   std::vector<double> inverse_gamma_;  ///< by row: 1/Γ_xx
-  double scale_ = 0;                   ///< square of the residual's scale
+  double squared_scale_ = 0;           ///< largest b²/Γ_xx
   // By group:
   std::vector<Vector3> multipliers_;  ///< λ
-  std::vector<Vector3> left_;         ///< residual of the right sides
+  std::vector<Vector3> left_;         ///< residuals; in solve_tree() also the change of λ
   std::vector<Vector3> best_;
   std::vector<Vector3> step_;    ///< of λ, in a round of loops
   std::vector<Vector6> y_;       ///< Gᵀλ by body

@@ -213,9 +213,8 @@ class MlcpSolver {
     double upper = 0;
     double speed = 1;  ///< > |slip|
     Vector2 slip = Vector2::Zero();
-    /// The rows' velocities less those that the multipliers of the limits and the slip stand for.
-    Vector3 defect = Vector3::Zero();
-    Matrix3 law = Matrix3::Zero();  ///< −dλ/dw of the limits
+    Vector3 defect = Vector3::Zero();  ///< velocities less those that multipliers and slip stand for
+    Matrix3 law = Matrix3::Zero();     ///< −dλ/dw of the limits
     Matrix3 damping = Matrix3::Identity();
     Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
     Matrix2 inverse = Matrix2::Zero();
@@ -227,6 +226,7 @@ class MlcpSolver {
     int rows() const { return row[1] < 0 ? 1 : 3; }
     bool is_limited() const { return has_low || has_high; }
   };
+  /// Lists rows and contacts as units. Returns false where the method lacks a row: see solve_interior().
   bool list_units();
   void start_unit(Unit& unit) const;
   void set_defects();

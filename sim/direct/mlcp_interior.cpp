@@ -66,7 +66,7 @@ bool MlcpSolver::list_units() {
   return true;
 }
 
-/// Sets a unit to the middle of its limits.
+/// Starts a unit at distance 1, scaled, from its lower or else its upper limit, at most in their middle.
 void MlcpSolver::start_unit(Unit& unit) const {
   const Row& row = rows()[unit.row[0]];
   const double one = root_gamma_[unit.row[0]] / scale_;
@@ -82,7 +82,7 @@ void MlcpSolver::start_unit(Unit& unit) const {
   unit.upper = unit.has_high ? 1 : 0;
 }
 
-/// Sets by how much the rows' velocities differ from those that their limits' multipliers and slip stand for.
+/// Sets the defects: the rows' velocities less those that multipliers and slip stand for.
 void MlcpSolver::set_defects() {
   for (Unit& unit : units_) {
     for (int k = 0; k < unit.rows(); ++k)
@@ -240,7 +240,7 @@ void MlcpSolver::factor_units() {
   eliminate();
 }
 
-/// Takes the step: the same fraction of all, or where that is short, of each as much as its limits allow.
+/// Takes the step: one fraction for all units or, below `short_step`, 0.9 of each unit's way to its limits.
 void MlcpSolver::take_step() {
   const double common = std::min(1.0, fraction_of_length * common_length());
   for (Unit& unit : units_) {

@@ -9,8 +9,8 @@
 namespace substep {
 namespace {
 
-/// Fraction of the size within which corners beyond four are left out where their neighbours cover them:
-/// slightly turned faces cut each other's corners.
+/// Corners beyond four are removed where they are nearer than this fraction of the size to the line through
+/// their neighbours: faces that are slightly turned cut each other's corners.
 constexpr double slight = 1e-3;
 
 struct WorldBox {
@@ -119,8 +119,8 @@ class BoxPair {
     return true;
   }
 
-  /// Returns false where the boxes are apart, no face lies over the other and no edges cross; then the
-  /// closest features along `axis()` must be searched for.
+  /// Adds the contacts along the preferred axis. Returns false where the boxes are apart and this axis has
+  /// none; then the closest features along `axis()` must be searched for.
   bool add_contacts() {
     const double face = std::max(face_a_.separation, face_b_.separation);
     const bool second =

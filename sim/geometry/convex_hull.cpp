@@ -1,6 +1,5 @@
 #include "sim/geometry/convex_hull.h"
 
-#include <fmt/format.h>
 #include <libqhull_r/qhull_ra.h>
 
 #include <algorithm>
@@ -86,7 +85,7 @@ std::optional<Polytope> assembled(std::vector<Vector3> vertices, const Polygons&
   return polytope;
 }
 
-/// Returns the facets of the hull of points, whose coordinates are in a row: counter-clockwise seen from
+/// Returns the facets of the hull of points that are given as x, y, z, x, …: counter-clockwise seen from
 /// outside, as indices of points. Returns none where qhull finds no hull.
 std::vector<Triangle> hull_facets(std::vector<double>& coordinates) {
   std::FILE* const messages = std::fopen("/dev/null", "w");
@@ -153,7 +152,7 @@ class FaceMerger {
     auto operator<=>(const OuterSide&) const = default;
   };
 
-  /// Gives each triangle the number of its face's first triangle.
+  /// Sets group_ of each triangle to the index of its face's largest triangle.
   void group() {
     std::vector<Triangle> neighbours(triangles_.size(), {no_index, no_index, no_index});
     for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
@@ -262,9 +261,9 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   for (const Vector3& point : points) extent.extend(point);
   const double size = extent.sizes().norm();
   const Error thin(
-      fmt::format("{}: its convex hull is thinner than 1e-6 of its size of {:.6g} m; a solid body "
-                  "needs a mesh with thickness",
-                  what, size));
+      "{}: its convex hull is thinner than 1e-6 of its size of {:.6g} m; a solid body "
+      "needs a mesh with thickness",
+      what, size);
   if (size <= 0) throw thin;
 
   // Scale the points to size one about the origin, for which qhull's tolerances are made.

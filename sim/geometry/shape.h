@@ -51,10 +51,9 @@ inline constexpr std::uint32_t no_index = 0xffffffffU;
 /// Indices of three vertices, counter-clockwise seen from the front.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A surface of triangles that does not move: contacts push out of its front, which is the side from which
-/// corners run counter-clockwise, or out of the side on which the other shape's centre lies if it is
-/// two-sided. It has no inside and no mass. All members follow from vertices and triangles: see
-/// make_triangle_mesh.
+/// A surface of triangles in the world or on a kinematic body. Contacts push out of its front, from which
+/// corners run counter-clockwise; those of a two-sided one push to the side of the other shape's centre. It
+/// has no inside and no mass. All members follow from vertices and triangles: see make_triangle_mesh.
 struct TriangleMesh {
   /// A node of a tree of boxes. The root is the first node; the children of an inner node are `first` and
   /// `first` + 1.

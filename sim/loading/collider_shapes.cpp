@@ -47,8 +47,8 @@ void add_ball(std::vector<Vector3>& points, double y, double radius, int first_r
   }
 }
 
-/// Returns a sphere or capsule under a non-uniform scale, with the hull of points on it. `unscaled` is the
-/// hull for all scales.
+/// Returns the hull of points on a sphere or capsule under a non-uniform scale. `unscaled` keeps it before
+/// scaling. Throws Error where it is thinner than 1e-5 of its size.
 Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
               const JsonValue& place) {
   if (!(scale.minCoeff() > 1e-5 * scale.maxCoeff())) {
@@ -156,7 +156,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
       return made(place, [&] {
         return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
       });
-    case ImplicitShape::Kind::mesh:  // a collider has the mesh itself
+    case ImplicitShape::Kind::mesh:  // not reached: scene_colliders.cpp makes meshes
     case ImplicitShape::Kind::plane:
       break;
   }
@@ -169,8 +169,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
 }
 
 SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string& what) {
-  // Limit the vertices: a contact of two hulls costs about the product of their edges, and a full hull of
-  // many points takes long.
+  // Limit the vertices: a contact of two hulls costs about the product of their edges; full hulls take long.
   constexpr std::size_t most_vertices = 256;
   constexpr std::size_t most_for_full_hull = 2 * most_vertices;
   if (given.size() <= most_vertices ||

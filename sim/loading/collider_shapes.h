@@ -22,8 +22,7 @@ inline constexpr double default_density = 1000;
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& faceted,
                      const JsonValue& place);
 
-/// A convex hull of points; where it would have too many vertices, the hull of the outermost points in evenly
-/// spread directions.
+/// A convex hull of points; with too many vertices, that of the outermost points in evenly spread directions.
 struct SimplifiedHull {
   Polytope hull;
   std::string warning;  ///< names the largest distance left out; empty for an exact hull

@@ -43,7 +43,8 @@ void read_transform(const JsonValue& transform, Texture& texture) {
   Eigen::Vector2d scale(1, 1);
   read_pair(transform, "scale", scale);
   const SineCosine of = sine_cosine(transform.get("rotation", 0.0, &JsonValue::number));
-  texture.turn << of.cosine * scale.x(), of.sine * scale.y(), -of.sine * scale.x(), of.cosine * scale.y();
+  texture.uv_matrix << of.cosine * scale.x(), of.sine * scale.y(), -of.sine * scale.x(),
+      of.cosine * scale.y();
   read_pair(transform, "offset", texture.offset);
   read_coordinates(transform, texture.coordinates);
 }

@@ -13,8 +13,8 @@ namespace {
 
 constexpr const char* out_of_range = "its mass, size or velocity is too large or too small to compute with";
 
-// Moment of inertia of a ball of the default density. The cube root is Newton's: libm's differs between
-// machines.
+/// Returns the moment of inertia of a ball of the default density. The cube root is Newton's, since libm's
+/// differs between machines.
 double inertia_of_ball(double mass) {
   const double cube = mass / (4.0 / 3 * std::numbers::pi * default_density);
   double radius = 1;
@@ -26,7 +26,8 @@ double inertia_of_ball(double mass) {
   return 0.4 * mass * radius * radius;
 }
 
-double inverse_or_infinite(double value) {
+/// Returns 1/value; 0 for 0, which stands for an infinite mass or moment.
+double inverse_of(double value) {
   return value == 0 ? 0 : 1 / value;
 }
 
@@ -37,8 +38,7 @@ Pose in_body(const Body& body, const Pose& in_node) {
   return pose;
 }
 
-// All colliders of the body as one solid, in its node's frame. Where they overlap, the overlap counts
-// twice.
+/// Returns all colliders of the body as one solid, in its node's frame; an overlap counts twice.
 MassProperties shape_properties(const SceneDraft& draft, int body) {
   MassProperties sum;
   for (const int index : draft.colliders_of[body]) {
@@ -51,7 +51,7 @@ MassProperties shape_properties(const SceneDraft& draft, int body) {
   return sum;
 }
 
-// Sets mass, inertia and the body's frame. `shapes` are the colliders as one solid.
+/// Sets mass, inertia and the body's frame. `shapes` are the colliders as one solid.
 void set_mass(Body& body, const MotionProperties& motion, const MassProperties& shapes,
               const NodeTransform& world, const JsonValue& place) {
   Pose node_from_body;
@@ -63,11 +63,11 @@ void set_mass(Body& body, const MotionProperties& motion, const MassProperties& 
     mass = 1;
     place.warn("has neither 'mass' nor a collider to take it from: it gets 1 kg");
   }
-  if (!motion.kinematic) body.inverse_mass = inverse_or_infinite(mass);
+  if (!motion.kinematic) body.inverse_mass = inverse_of(mass);
 
   if (motion.inertia_diagonal) {
     node_from_body.orientation = motion.inertia_orientation;
-    if (!motion.kinematic) body.inverse_inertia = motion.inertia_diagonal->unaryExpr(&inverse_or_infinite);
+    if (!motion.kinematic) body.inverse_inertia = motion.inertia_diagonal->unaryExpr(&inverse_of);
   } else if (shapes.mass > 0) {
     // About the shapes' own centre, also where the file places the centre of mass elsewhere: how the mass
     // is then spread is not known.
@@ -97,7 +97,7 @@ void place_body(SceneDraft& draft, int index) {
   if (!std::isfinite(shapes.mass) || (has_volume && !(shapes.mass > 0))) place.fail("{}", out_of_range);
   set_mass(body, motion, shapes, world, place);
   body.gravity_factor = motion.gravity_factor;
-  // A mirroring node turns its directions round; an axis of rotation is turned round twice.
+  // A mirroring node maps vectors by −rotation, and angular velocities, pseudovectors, by rotation.
   body.linear_velocity = world.rotation * motion.linear_velocity;
   if (world.mirrors()) body.linear_velocity = -body.linear_velocity;
   body.angular_velocity = world.rotation * motion.angular_velocity;

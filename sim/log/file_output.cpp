@@ -57,6 +57,7 @@ std::array<Entry, 128> entries;
 std::array<std::atomic<pid_t>, 16> writers;
 std::atomic<bool> is_ending{false};
 
+/// Enters a path in the table. Returns its slot; −1 where the table is full or the path too long.
 int listed(const fs::path& path) {
   if (path.native().size() >= Entry{}.path.size()) return -1;
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -96,6 +97,7 @@ void remove_folder(const char* path) noexcept {
   }
 }
 
+/// Returns true where the path still names the open file.
 bool is_name_of(const fs::path& path, int descriptor) {
   struct stat named {};
   struct stat open {};
@@ -189,23 +191,23 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::publish() {
-  // Flush frames together with their folder, which is faster than one by one.
-  const bool now = !is_partial(target_.parent_path());
+  // Leave a file in a partial folder to the folder's publish(), which flushes its files together: faster.
+  const bool flushes = !is_partial(target_.parent_path());
   std::error_code none;
   int failure = 0;
-  if (now && fs::is_directory(path_)) {
+  if (flushes && fs::is_directory(path_)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(path_, none)) {
       if (failure == 0) failure = flush(entry.path());
     }
   }
-  if (now && failure == 0) failure = flush(descriptor_);
+  if (flushes && failure == 0) failure = flush(descriptor_);
   if (failure == 0 && ::rename(path_.c_str(), target_.c_str()) != 0) failure = errno;
   if (failure != 0) refuse(target_, failure);
   path_.clear();
   unlist(slot_);
   // Check close(): a network disk may report only here that it is full.
   if (::close(std::exchange(descriptor_, -1)) != 0) refuse(target_, errno);
-  if (now) flush(target_.parent_path());
+  if (flushes) flush(target_.parent_path());
 }
 
 PartialFileWriter::PartialFileWriter(pid_t process) : slot_(-1) {

@@ -27,8 +27,8 @@ class PartialFile {
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_; }  ///< of a file: open for reading and writing
 
-  /// Waits until the content is on the disk, then renames the partial file to `target`. Throws Error and
-  /// leaves `target` unchanged on failure. An existing folder must be empty.
+  /// Waits until the content is on the disk, then renames the partial file to `target`; an existing folder
+  /// must be empty. Throws Error where that fails, with `target` unchanged, or where closing fails after it.
   void publish();
 
  private:
@@ -65,7 +65,7 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::string_view content);  ///< throws Error
-  void publish();                        ///< throws Error and leaves the file unchanged on failure
+  void publish();                        ///< throws Error as PartialFile::publish() does
 
  private:
   void flush();
@@ -76,8 +76,8 @@ class OutputFile {
   std::string waiting_;  ///< not yet written
 };
 
-/// Writes `content` to a new file beside `file` and renames it to `file`. Throws Error and leaves `file`
-/// unchanged on failure. A device or a pipe is written to directly.
+/// Writes `content` to a new file beside `file` and renames it to `file`. Throws Error as
+/// PartialFile::publish() does. A device or a pipe is written to directly.
 void write_file(const std::filesystem::path& file, std::string_view content);
 
 /// Returns the file's bytes; nothing where it cannot be read.

@@ -1,5 +1,5 @@
 #pragma once
-/// Kernels on lanes are compiled twice, for the vectors of every x86-64 and for wider ones: the same
+/// Kernels on lanes are compiled twice, for SSE2 (two doubles, on every x86-64) and for AVX2 (four): the same
 /// operations, so the same bits.
 
 /// Marks a function that is inlined into kernels of both widths.
@@ -7,8 +7,7 @@
 
 namespace substep {
 
-/// Returns true where the processor has wider vectors according to glibc, whose tunables can hide them for a
-/// test.
+/// Returns true where the processor has AVX2 according to glibc, whose tunables can hide it for a test.
 bool is_four_wide();
 
 template <typename Kernel>

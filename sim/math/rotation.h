@@ -17,8 +17,7 @@ struct SineCosine {
 /// reduction to one quadrant loses digits. Returns no finite numbers for an angle that is not finite.
 SineCosine sine_cosine(double angle);
 
-/// Returns the angle in [−π, π], rad, from the x axis to the point (cosine, sine), which may have any length;
-/// 0 for (0, 0).
+/// Returns the angle in [−π, π], rad, of the vector (cosine, sine), which has any length; 0 for (0, 0).
 double angle_of(double sine, double cosine);
 
 /// Returns R_q(a), the unit quaternion of the rotation vector `a` (rad).
@@ -27,9 +26,8 @@ Quaternion rotation_quaternion(const Vector3& a);
 /// Returns the rotation vector (rad) of a unit quaternion, of length at most π.
 Vector3 rotation_vector(const Quaternion& q);
 
-/// Returns the rotation by the smallest angle that turns one direction to another, of any lengths but 0. Its
-/// axis is any normal of opposite directions, for which Eigen's own compiles a matrix decomposition for
-/// seconds.
+/// Returns the rotation by the smallest angle that turns one direction to another, of any lengths but 0. For
+/// opposite directions the axis is any normal to them. Eigen's setFromTwoVectors takes seconds to compile.
 Quaternion shortest_rotation(const Vector3& from, const Vector3& to);
 
 /// Returns p ∘ q, scaled to unit length, since rounding changes the length in each product.

@@ -7,7 +7,7 @@
 
 namespace substep {
 
-/// Sorts items, no two of which are equal, by insertion, and by std::ranges::sort after eight moves an item.
+/// Sorts items, no two of which are equal, by insertion; by std::ranges::sort after 8 moves per item in all.
 template <class Item, class Precedes>
 void sort_nearly_sorted(std::vector<Item>& items, const Precedes& precedes) {
   std::size_t moves = 8 * items.size();

@@ -14,9 +14,8 @@
 namespace substep {
 namespace {
 
-constexpr double same_time = 1e-9;  // s: by how much a sum of steps misses the time that it stands for
-
-constexpr double least_rise = 0.1;  // of the tolerance: to a maximum and down from it
+constexpr double same_time = 1e-9;  // s; rounding allowed when times are compared
+constexpr double least_rise = 0.1;  // smallest rise to and fall from a counted maximum, of the tolerance
 
 /// Returns the angle that is one of `angle` + 2π k and nearest to `before`, rad.
 double unwound(double angle, double before) {
@@ -53,7 +52,7 @@ class QuantityOfBody {
       : scene_(scene), e_(expectation), body_(static_cast<std::size_t>(body)), start_(start) {
     const Vector3& along = e_.direction;
     const Vector3 arm = radial(start);
-    // Count angles from the direction in which the body leaves the axis if the start is on it.
+    // Count azimuths from the start's arm, or from some normal of the axis where the start is on it.
     outwards_ = arm.norm() > 0 ? arm.normalized() : along.unitOrthogonal();
     sideways_ = along.cross(outwards_);
     if (e_.quantity == Quantity::joint_gap) gap_.emplace(scene);
@@ -176,7 +175,8 @@ class Reader {
     last_ = value;
   }
 
-  /// Returns the number; infinite where the event has not happened.
+  /// Returns the number: infinite where the event did not happen or the run diverged before `to`. For `stays`
+  /// without a crossing it is the last state's time.
   double result(bool diverged) const {
     if (e_.reading == Reading::mean) {
       const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
@@ -304,7 +304,7 @@ std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
     for (const Figure::Series& series : figure.series) {
       ExpectedFigure own = worst;
       own.measured = series.reader.result(diverged);
-      // Keep the value nearest to a bound, within which all errors are 0.
+      // Keep the worst value: the closest to a bound or farthest beyond it, since errors within it are 0.
       const bool is_beyond = e.bound == Bound::at_most    ? own.measured > worst.measured
                              : e.bound == Bound::at_least ? own.measured < worst.measured
                                                           : own.error() > worst.error();

@@ -19,13 +19,13 @@ struct Motion {
 /// stepper cannot go on.
 void continue_motion(Stepper& stepper, int steps, std::size_t samples, Motion& motion);
 
-/// The sampling instants of a run with step h, at whole numbers of steps and of intervals. Throws Error when
-/// h is neither a divisor nor a multiple of the interval.
+/// The instants that a run with step h and a motion with samples at each interval have in common. Throws
+/// Error when h is neither a divisor nor a multiple of the interval.
 class Sampling {
  public:
   Sampling(double step, double interval);
-  int steps_between() const { return steps_; }  ///< steps from one common instant to the next
-  int samples_between() const { return samples_; }
+  int steps_between() const { return steps_; }      ///< steps from one common instant to the next
+  int samples_between() const { return samples_; }  ///< intervals from one common instant to the next
 
  private:
   int steps_ = 1;
@@ -83,7 +83,7 @@ struct ReferenceMotion {
   /// without contacts, A1's has the reason why the own integrator was not used.
   std::string method;
   double horizon = 0;            ///< s: the positions of single bodies are not known after it
-  std::string divergence_point;  ///< the body in which two refinements then differ most; empty: none
+  std::string divergence_point;  ///< the body that differs most just after `horizon`; empty: none
   std::vector<Uncertainty> uncertainties = {};  ///< by sample until the horizon
 
   /// Returns the uncertainty of any body before the horizon: by how much refinements moved it.
@@ -92,12 +92,12 @@ struct ReferenceMotion {
 
 /// Computes the motion without a step's error. Scenes without contacts: by the reference DAE integrator of
 /// reference_integrator.cpp in order 12, with steps halved until no digit changes: down to 1/64 of the
-/// scene's step, and for stiff springs as far as a few seconds of computing allow. Scenes with contacts, and
-/// scenes for which it lasts longer: by A1 at steps halved repeatedly, extrapolated to step zero (Richardson;
-/// Romberg's table). The result is the table's column in which two refinements agree longest: a high one for
-/// a smooth motion, the first where contacts open and close. The horizon is the time at which two refinements
-/// differ by 2e-5 of the scene's size, at most `duration`; the motion may end one sample later. A1's
-/// refinements run on `threads` threads; the result is the same for any number.
+/// scene's step, and for stiff springs as far as a few seconds of computing allow. Where that fails or does
+/// not agree until `duration`: also by A1 at halved steps, extrapolated to step zero (Romberg's table) by the
+/// column in which two refinements agree longest: a high one for a smooth motion, the first where contacts
+/// open and close. Returns the motion with the later horizon: the time at which two refinements differ by
+/// 2e-5 of the scene's size, at most `duration`. The motion may continue beyond it. A1's refinements run on
+/// `threads` threads; the result is the same for any number.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads = 1);
 
 }  // namespace substep

@@ -67,7 +67,7 @@ void add_limit(const JointLimit& limit, const Attachment& at, Model& model) {
 }
 
 void add_joint(const Scene& scene, const Joint& joint, Model& model) {
-  const Attachment at{joint.body_b, joint.body_a, joint.frame_b, joint.frame_a};
+  const Attachment at{joint.body_b, joint.body_a, joint.frame_b, joint.frame_a};  // there b has the node
   for (const JointLimit& limit : joint.limits) {
     if (!is_lock(limit)) add_limit(limit, at, model);
   }

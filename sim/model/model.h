@@ -3,12 +3,11 @@
 ///
 /// Kinds of rows; two-sided ones can be 'stable' (Settings::joints):
 /// - Lock: position-level, two-sided, in blocks; can be stable.
-/// - Limit: position-level, one-sided; two-sided where both bounds are one, and then stable if a distance.
-/// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
+/// - Limit: position-level, one-sided; two-sided where both bounds are equal, and then stable if a distance.
+/// - Limit, soft: an implicit spring, between position- and velocity-level.
 /// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
 /// - Contact: position-level, one-sided; velocity-level in the sub-step in which it bounces.
-/// - Friction: position-level while it holds, velocity-level where it slides; within μ times the normal's
-///   impulse.
+/// - Friction: position-level while it holds, velocity-level where it slides; within μ × normal impulse.
 
 #include <string>
 #include <vector>
@@ -93,7 +92,7 @@ struct Drive {
 };
 
 /// A contact point that the contact search finds for the whole step, in body frames. The normal and the
-/// tangents are fixed in b, which is the static body where there is one.
+/// tangents are in b's frame at the step's start; b is the static body where there is one.
 struct Contact {
   int a;
   int b;
@@ -112,21 +111,20 @@ struct Contact {
   double resting_acceleration;  ///< m/s²: a contact slower than this times a (sub-)step does not bounce
   double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
   double left_over;             ///< part of the overlap that later steps recover, m
-  /// Added to the points' distance along the normal, m: the change by the bodies' rotation until a later
-  /// contact is made.
+  /// Added to the points' distance along the normal, m. Contact made later in the step: minus its change by
+  /// rotation until then. Contact at the start: the overlap left to other parts of a divided step.
   double gap_offset;
   double displacement_1;  ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
   Vector3 force = Vector3::Zero();      ///< ContactMemory::force, along the normal and the tangents, N
   Vector3 stiffness = Vector3::Zero();  ///< ContactMemory::stiffness, N/m
   bool slid;                            ///< it slid already when the step began
-  /// Data for contacts that are formulated again within a step (A3). The body's surface at the contact is an
-  /// ellipsoid's (touching_ellipsoid.h): as the body rolls, the point is where the normal meets the
+  /// Rolling: A3 formulates again with it, and no patch has such contacts. A body's surface at the contact is
+  /// an ellipsoid's (touching_ellipsoid.h): as the body rolls, the point is where the normal meets the
   /// ellipsoid, in place of `arm_a` or `arm_b`.
   bool rolls_a;
   bool rolls_b;
-  /// The normal turns with b where b is flat or has an edge or corner there; else with a where a is so; else
-  /// with neither.
+  /// The normal turns with b where b is flat or has an edge or corner; else so with a; else with neither.
   bool turns_with_a;
   bool turns_with_neither;
   Vector3 centre_a = Vector3::Zero();  ///< of the ellipsoid, body frame
@@ -139,7 +137,7 @@ struct Contact {
 struct Model {
   Vector3 gravity;
   std::vector<BodyMass> masses;  ///< one per body, the world first
-  std::vector<int> gyroscopic;   ///< bodies whose moments differ
+  std::vector<int> gyroscopic;   ///< bodies with finite moments that differ; none without Scene::gyroscopic
   std::vector<char> has_joints;  ///< by body
   std::vector<Vector3> inertia;  ///< principal moments of all bodies (0 where infinite)
   std::vector<Lock> locks;
@@ -156,7 +154,7 @@ struct Model {
 /// Returns true where the joint keeps its frames' origins together: its three linear axes are locked.
 bool holds_anchors_together(const Joint& joint);
 
-/// Builds the model. Throws Error that names a joint without meaning.
+/// Builds the model. Throws Error that names a joint whose drive has neither stiffness nor damping.
 Model build_model(const Scene& scene);
 
 /// Returns a summary: "2 locked points, 1 drive; contacts with friction; no gyroscopic term".

@@ -1,7 +1,6 @@
 #pragma once
 /// Expectations of a scene's motion that need no simulation: closed forms, invariants, published values, and
-/// bodies that must remain standing. A scene's file declares them in `extras.substep.expected`; see
-/// scenes/format.md.
+/// bodies that must remain standing. Files declare them in `extras.substep.expected`; see scenes/format.md.
 
 #include <string>
 #include <vector>
@@ -34,10 +33,9 @@ enum class Reading {
   throughout,  ///< the value furthest from what is expected, from `from` to `to`
   at,          ///< the value at the time `from`
   mean,        ///< the mean from `from` to `to`
-  peak,      ///< the `count`-th maximum, to which the value rises and from which it falls by tolerance/10 at
-             ///< least
-  crossing,  ///< the time, in s, at which the value passes `level` for the `count`-th time
-  stays,     ///< the time, in s, at which the value first passes `level`, or the run's end
+  peak,        ///< the `count`-th maximum, with a rise before and a fall after it of at least tolerance/10
+  crossing,    ///< the time, in s, at which the value passes `level` for the `count`-th time
+  stays,       ///< the time, in s, at which the value first passes `level`, else the run's end
 };
 
 /// The kind of comparison with the expected value.
@@ -64,7 +62,7 @@ struct Expectation {
   double needs = 0;      ///< shortest run that is compared, s
 };
 
-/// Returns the unit of the expected value: "m", "rad/s"; of a crossing "s".
+/// Returns the unit of the expected value: "m", "rad/s"; "s" where the reading is a time.
 const char* unit_of(const Expectation& expectation);
 
 /// Returns the quantity's key in a file.

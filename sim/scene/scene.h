@@ -102,16 +102,16 @@ struct SceneImage {
 /// An image of the scene as it lies on a surface.
 struct Texture {
   enum class Wrap { repeat, mirrored, clamped };
-  enum class Levels { none, nearest, blended };  ///< of ever smaller copies of the image
+  enum class Levels { none, nearest, blended };  ///< of mipmaps; blended: between two levels
 
   int image = -1;       ///< index into Scene::images; −1: none
   int coordinates = 0;  ///< which set of its mesh's
   std::array<Wrap, 2> wrap{};
-  bool is_sharp_near =
-      false;  ///< takes the nearest texel, not a mean of four, where texels are larger than pixels
-  bool is_sharp_far = false;  ///< takes the nearest texel where texels are smaller than pixels
+  bool is_sharp_near = false;  ///< magnified, it shows the nearest texel, not a mean of four
+  bool is_sharp_far = false;   ///< minified, it shows the nearest texel
   Levels levels = Levels::blended;
-  Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();  ///< place in the image = turn · coordinates + offset
+  /// Position in the image = uv_matrix · coordinates + offset.
+  Eigen::Matrix2d uv_matrix = Eigen::Matrix2d::Identity();
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
 };
 
@@ -184,12 +184,12 @@ struct Light {
 
   Kind kind = Kind::point;
   Vector3 position = Vector3::Zero();
-  Vector3 direction{0, 0, -1};  ///< unit, towards which it shines; of a point light nothing
+  Vector3 direction{0, 0, -1};  ///< unit, towards which it shines; unused by a point light
   std::array<double, 3> color{1, 1, 1};
   double intensity = 1;     ///< illuminance as the sun's, or illuminance at 1 m
-  double range = infinity;  ///< m; farther it lights nothing
-  double inner_angle = 0;   ///< rad from the axis of a spot: full light within
-  double outer_angle = 0;   ///< none beyond
+  double range = infinity;  ///< m; no light beyond
+  double inner_angle = 0;   ///< rad from the axis of a spot: full light within it
+  double outer_angle = 0;   ///< rad from the axis of a spot: no light beyond it
 };
 
 struct NamedCamera {

@@ -2,7 +2,7 @@
 /// Sweeps: the sweep file (scenes/sweeps.md) with scenes and the settings to measure, its jobs on one machine
 /// or many, and their records. Each job has a file, so that finished jobs are neither lost nor run again.
 ///
-/// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
+/// A folder of results holds jobs/<key>.json, written by rename, and after the merge sweep.json (all
 /// records, in the sweep file's order), errors.csv (the same in every run) and times.csv (which differs).
 /// A job's file says which program, scene and settings made it; one of another build is made again.
 
@@ -33,10 +33,10 @@ struct SweepJob {
 
 struct Sweep {
   std::filesystem::path file;
-  double horizon = 2;
-  int repetitions = 0;
-  int most = 64;  ///< sub-steps, iterations or parts of a step up to which limits are searched
-  bool properties = false;
+  double horizon = 2;         ///< s that are compared with the reference
+  int repetitions = 0;        ///< timed runs of each job
+  int most = 64;              ///< sub-steps, iterations or parts of a step up to which limits are searched
+  bool properties = false;    ///< whether figures measure scenes beside the sweep file
   bool splits_errors = true;  ///< whether errors are split, and the stages of steps timed
   std::map<std::string, double> horizons;
   std::map<std::string, Scene> scenes;  ///< by name
@@ -45,8 +45,7 @@ struct Sweep {
   double horizon_of(const std::string& scene) const;
 };
 
-/// Reads the file and its scenes. Throws Error with file and line for what is unknown, missing, of a wrong
-/// type or out of range.
+/// Reads the file and its scenes. Throws Error with file and line where its content is invalid.
 Sweep read_sweep(const std::filesystem::path& file);
 
 /// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with an
@@ -91,9 +90,8 @@ struct SweepOptions {
 /// Returns the kind of contacts of a scene, from its reference.
 ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 
-/// Runs the jobs that are not done. `progress` receives the fraction of this call's work that is done, on the
-/// calling thread. Returns the number of jobs that it ran. Throws Error where a scene cannot be modelled or a
-/// file cannot be written; finished jobs stay.
+/// Runs the jobs that are not done, and returns their number. `progress` receives the fraction of them that
+/// is done, on the calling thread. Throws Error for a bad scene or an unwritable file; finished jobs stay.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
 
 /// Returns the damaged files of jobs, which are measured again. Throws Error where a job's path is no file.
@@ -109,7 +107,7 @@ std::string to_json(const SweepRecord& record);
 /// Throws Error for what is not a record.
 SweepRecord record_in(const std::string& json);
 
-/// Returns a CSV table: a header, then a line for each record, in SI units; missing values are empty.
+/// Return CSV, a line for each record with figures, in SI units; the stages' times, s1 to s4, in µs a step.
 std::string errors_csv(const std::vector<SweepRecord>& records);
 std::string times_csv(const std::vector<SweepRecord>& records);
 

@@ -30,7 +30,8 @@ std::string error_or_gap_title(const std::vector<SweepRecord>& records);
 /// (below `smallest_plotted_error`).
 bool exceeds_uncertainty(const SweepRecord& record);
 
-/// Runs that differ in one setting alone: the step of A1 or an engine, A2's step or m, A3 to A5's sub-steps.
+/// Runs that differ in one setting alone: the step of A1 or an engine, A2's step or m, the sub-steps of A3 to
+/// A5 and Soft Step, AVBD's iterations.
 struct RunFamily {
   std::string title;  ///< "A3 plain", "A2 m=16"
   std::vector<SweepRecord> runs;
@@ -49,10 +50,9 @@ struct RunsLeftOut {
 /// Returns the measured runs of one scene that are in no family.
 std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records);
 
-/// Returns true where some run had overlapping bodies: the sweep ran the scene for its contacts.
+/// Returns true where some run had overlapping bodies.
 bool has_contacts(const std::vector<SweepRecord>& records);
-
-/// Returns true where joints opened in some run: the sweep ran the scene for its joints.
+/// Returns true where joints opened in some run.
 bool has_joints(const std::vector<SweepRecord>& records);
 
 /// Returns the runs at the scene's step and τ = κ = 1 of A3 with joints=rows and m = 1, and those of A2, with
@@ -68,8 +68,8 @@ inline constexpr double smallest_plotted_error = 1e-10;
 /// Returns true for a measured run of one of our algorithms: the five, Soft Step or AVBD.
 bool is_own_run(const SweepRecord& record);
 
-/// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m and the step, and what is not the default.
-/// `joints`: whether the scene has joints.
+/// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m, the step and, of A3 to A5, τ, κ and the kind of
+/// joints where they are not the defaults. `joints`: whether the scene has joints.
 std::string spoken(const SweepRecord& record, bool joints);
 
 /// Returns the cost that choices minimise: CPU time where it was measured, otherwise rows solved.
@@ -91,8 +91,8 @@ double cpu_time_of(const SweepRecord& record);
 /// as long as the reference lasts, and are not.
 std::string advice(const std::vector<SweepRecord>& records);
 
-/// Returns the order of the error in h/n: the least-squares slope of a family's finest four runs whose error
-/// is above the reference's uncertainty. Nothing with fewer than three.
+/// Returns the order of the error in h/n: the least-squares slope of a family's finest four bounded runs with
+/// errors above rounding and exceeds_uncertainty(). Nothing with fewer than three, or where h/n is the same.
 std::optional<double> measured_order(const std::vector<SweepRecord>& family);
 
 /// Returns the order from each run to the next with half its h/n: the geometric mean of the two (s) and the

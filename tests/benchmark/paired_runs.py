@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Whether a change made a scene slower: two programs run each scene in turn, as often as asked, and the median of the pairs'
-ratios of CPU time is printed, below 1 where AFTER is the faster. A scene is run for so long that a run takes a third of a second.
+"""Compares the speed of two programs: runs each scene with both in turn, and prints the median ratio of CPU times, AFTER/BEFORE.
+A run takes 0.35 to 6 s of AFTER's CPU time, where 1 to 640 simulated seconds can take that.
 
     tests/benchmark/paired_runs.py BEFORE AFTER --algorithm a5 --rounds 5 [--scenes SCENE.gltf …]
 
@@ -19,12 +19,12 @@ import tempfile
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 SETTINGS = ["--set", "n=10,m=1,tau=0.6,kappa=1,joints=stable"]
-LEAST = 0.35  # s of a run
+LEAST = 0.35  # s of CPU time of a run
 MOST = 6.0
 
 
 def timed(program: str, scene: pathlib.Path, algorithm: str, duration: float, folder: str) -> tuple[float, int]:
-    """CPU time, and the code that the run ended with: 1 of one that diverged."""
+    """CPU time, s, and the exit code: 1 where the run diverged, a step was not solved or a joint tore."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     run = subprocess.run([program, "run", scene, "--algorithm", algorithm, *SETTINGS, "--duration", str(duration), "--output",
                           folder + "/run.poses"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)

@@ -5,9 +5,8 @@ film of 10,000 small frames, two processes that write the same outputs in one fo
     tests/endurance/endurance.py --program build/substep            # an hour and more
     tests/endurance/endurance.py --program build/substep --share 0.01
 
-`--share` makes all of it shorter. A long run must take no more memory than one of a hundredth of its length, but for
-MORE_MEMORY; its joints and its energy must stay within STATED. Piles are measured, not judged. Prints a Markdown table; the code is 1 where
-anything is outside.
+`--share` shortens all. A run may take MORE_MEMORY beyond that of one of a hundredth of its length; its joints and energy
+must stay within STATED. Piles are measured, not judged. Prints a Markdown table; the code is 1 where anything is outside.
 """
 
 import argparse
@@ -30,8 +29,8 @@ STATED = {"pendulum": (1e-4, 1e-3), "tumbling_body": (0.0, 1e-3)}
 
 
 def pile(count: int, shift: float) -> dict:
-    """glTF of unit boxes in layers of up to 20 x 20, each 1 cm above the last, every second one aside by `shift`. Half
-    a box of shift joins all boxes in one pile; without it there are columns, which A1 solves within hours."""
+    """Returns glTF of unit boxes in layers of up to 20 x 20, 1 cm apart. Every second layer is displaced by `shift`: half
+    a box joins all boxes in one pile; 0 gives separate columns, which A1 solves in a minute."""
     physics = "KHR_physics_rigid_bodies"
 
     def node(name: str, shape: int, **also) -> dict:

@@ -37,7 +37,7 @@ TEST(ParallelFor, StopsAtFirstError) {
   try {
     parallel_for(2, 1000, [&](std::size_t i, const std::stop_token& stop) {
       ++begun;
-      // Both have begun. The second fails first; the first receives a stop request, and fails too.
+      // Wait until both calls run. Call 1 fails first; call 0 receives a stop request, then fails too.
       while (begun < 2 || (i == 0 && !stop.stop_requested())) std::this_thread::yield();
       throw std::runtime_error(std::to_string(i));
     });

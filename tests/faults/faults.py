@@ -4,10 +4,10 @@ or one that dies, SIGINT, SIGTERM and SIGKILL at seeded moments.
 
     tests/faults/faults.py --program build/substep --moments 50 --sizes 5 --seed 1
 
-After each fault every file must be what it was before or what an undisturbed run makes, no hidden partial file may remain
-(except after SIGKILL), no process may be left, and the exit code and one line must say what happened. Then the same command
-runs undisturbed in the same folder and must leave all that it would have left in a fresh one. Prints a Markdown table; the
-code is 1 where anything is wrong. Without root's right to mount, the full disk is left out and the report says so.
+After each fault every file must be as before or as an undisturbed run makes it, no process and (except after SIGKILL) no
+partial file may remain, and the exit code and one line must say what happened. The command then runs undisturbed and must
+leave what it leaves in a fresh folder. Prints a Markdown table; the code is 1 where anything is wrong. Without root's right
+to mount, the full disk is left out and the report says so.
 """
 
 import argparse
@@ -45,7 +45,7 @@ scene = "../box_stack.gltf"
 scene = "../pendulum.gltf"
 """
 FILM = "video pendulum.gltf --duration 0.4 --no-reference --panel a1 --size 320x180 --hold 0"
-# Files that differ from run to run: they hold times, or dates of approval.
+# Files that differ from run to run: they hold times, a check's results, or a lock.
 VOLATILE = re.compile(r"times\.csv|\.lock|results\.json|junit\.xml|report\.html|report\.md|.*-h1.*\.json")
 # The commands, and their exit codes without a fault.
 COMMANDS = {
@@ -157,8 +157,7 @@ class Bench:
 
     def run(self, folder: pathlib.Path, moment: float | None = None, number: int = 0, group: bool = False,
             environment: dict | None = None, limits=None, closed: bool = False, user: int | None = None) -> Ending:
-        """Runs the command. Sends signal `number` after `moment` seconds if given; `group` sends it to the whole process group, as
-        a terminal does."""
+        """Runs the command. Sends signal `number` after `moment` seconds if given; `group`: to the process group."""
         out = subprocess.DEVNULL
         if closed:
             reader, out = os.pipe()
@@ -204,7 +203,7 @@ class Bench:
                 pass
             elif VOLATILE.fullmatch(pathlib.Path(path).name):
                 wrong += [f"broken: {path}"] if broken(folder / path) else []
-            elif path.split("/")[0] != "out":  # what a check shows is read by its results.json alone
+            elif path.split("/")[0] != "out":  # others in out/ are used only through results.json
                 wrong.append(f"neither old nor whole: {path}")
         return wrong
 
@@ -230,7 +229,7 @@ class Bench:
         return wrong
 
     def try_fault(self, chooser: random.Random, fault: str) -> tuple[str, list[str]]:
-        """Returns whether the fault stopped the command, and what is wrong."""
+        """Returns 'stopped' or, where the command ended as without the fault, 'done'; and the errors."""
         folder = self.work / "here"
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.before, folder)

@@ -34,8 +34,8 @@ TEST_F(ReportTest, IsSelfContained) {
   break_both();
   EXPECT_EQ(suite_.run().verdict, Verdict::scene_changed);
   const std::string html = page();
-  for (const char* const part : {"id=\"bouncing_balls.a3\"", "the renderer’s part", "the simulation’s part",
-                                 "substep approve bouncing_balls.a3"})
+  for (const char* const part : {"id=\"bouncing_balls.a3\"", "changed by the renderer",
+                                 "changed by the simulation", "substep approve bouncing_balls.a3"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   // Every picture is in the page.
   for (const char* const part : {"http://", "https://", "{{", "src=\"bouncing_balls.a3"})

@@ -153,7 +153,7 @@ TEST(MotionComparison, RequiresBitsWithoutTolerance) {
   Fall actual;
   actual.move(5, 1e-12);
   const MotionComparison found = compared(Fall(), actual);
-  EXPECT_EQ(found.judgement, PoseJudgement::differs);
+  EXPECT_EQ(found.judgement, PoseJudgement::not_exact);
   EXPECT_EQ(found.first.frame, 5);
   EXPECT_EQ(found.first.bodies, std::vector<std::string>{"ball"});
   EXPECT_EQ(found.first.axis, 'x');

@@ -1,5 +1,5 @@
-# cmake -D CPACK=… -D SCENE=… -D ENGINES=… -D BUILD=… -D FOLDER=… -P package_test.cmake: the package holds the program,
-# names the libraries that it needs and recommends ENGINES; the unpacked program writes a suite and runs ODE.
+# cmake -D CPACK=… -D SCENE=… -D ENGINES=… -D BUILD=… -D FOLDER=… -P package_test.cmake: the package holds the program
+# and no development files, depends on no engine and recommends ENGINES; it writes a suite, and runs ODE if among them.
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 
 file(REMOVE_RECURSE ${FOLDER})
@@ -20,7 +20,7 @@ foreach(engine IN LISTS ENGINES)
 endforeach()
 run_or_fail(dpkg-deb --contents ${FOLDER}/substep.deb)
 if(NOT out MATCHES "\\./usr/bin/substep\n" OR out MATCHES "\\.(h|a)\n")
-  message(FATAL_ERROR "the package is not the program alone:\n${out}")
+  message(FATAL_ERROR "the package lacks usr/bin/substep or has headers or static libraries:\n${out}")
 endif()
 run_or_fail(dpkg-deb --extract ${FOLDER}/substep.deb ${FOLDER}/unpacked)
 file(COPY ${SCENE} DESTINATION ${FOLDER}/project)

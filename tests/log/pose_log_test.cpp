@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Two bodies, five frames, full every second; with numbers that few decimals do not hold.
+/// Returns a log of two bodies and five frames, every second one with poses, with numbers of 16 to 17 digits.
 PoseLog example() {
   PoseLog log;
   log.scene = "two_boxes.gltf";
@@ -52,7 +52,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-/// The message that reading `text` fails with; empty when it is read.
+/// Returns the message of the Error of parsing `text`; empty where it is valid.
 std::string failure(const std::string& text) {
   return test::message_of([&] { parse_pose_log(text, "a.poses.txt"); });
 }
@@ -156,7 +156,7 @@ TEST(PoseLog, RefusesMalformedLogWithItsLine) {
            {"end ok 4", "end fine 4", "31", "'end ok 4'"},
            {"end ok 4", "end diverged 3 body 1 crate", "31", "end that fits"},
            {"end ok 4\n", "end ok 4\nend ok 4\n", "32", "nothing may follow"}}) {
-    SCOPED_TRACE(words);
+    SCOPED_TRACE(std::string(from) + " → " + to);
     const std::string message = failure(replaced(to_text(example()), from, to));
     EXPECT_THAT(message, HasSubstr("a.poses.txt:" + std::string(line) + ": "));
     EXPECT_THAT(message, HasSubstr(words));

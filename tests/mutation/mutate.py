@@ -1,16 +1,15 @@
 #!/usr/bin/env python3
 """Mutation test: changes one operator, constant, sign, condition, boundary or statement of a random line, recompiles that
-file, then relinks and runs one test program after another until one fails, the quick and deadly first; where all pass
-without goldens, `substep check`.
+file, then relinks and runs one test program after another until one fails, beginning with those that fail most often for
+their time. If all pass, runs `substep check` with the changed program, unless --no-goldens.
 
     tests/mutation/mutate.py --area sim --count 20 --seed 1
     tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this line
     tests/mutation/mutate.py --table                                            # the table of all results
 
-Leaves sources and build unchanged, except for the files of MEASURED_FIRST: the mutated program writes them, and CTest
-rewrites them. All runs at the lowest priority. --results holds the verdicts, so that a stopped run goes on; equal lines of a
-file share a verdict. Prints a Markdown table by area and the survivors.
-`equivalent.txt` beside this file holds the changes that nothing can show, with the reason.
+Leaves sources and build unchanged, except for the files of MEASURED_FIRST, which CTest rewrites. All runs at the lowest
+priority. --results holds the verdicts, so that a stopped run goes on; equal lines of a file share a verdict. Prints a
+Markdown table by area and the survivors. `equivalent.txt` holds the changes that nothing can show, with the reason.
 """
 
 import argparse
@@ -36,12 +35,11 @@ TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("s
          ("sim/study", ("study", "report", "program")), ("sim/commands", ("program",)),
          ("sim", ("sim", "geometry", "measure", "scene")), ("golden/commands", ("golden", "program")),
          ("golden", ("golden",)), ("render/report", ("report",)), ("render", ("render", "program")))
-# Tests that call the program: by their path and its own.
+# Test scripts of each folder, called with the program and the source folder.
 SCRIPTS = {"golden": ("adoption_test.py",)}
-# The goldens notice a change without naming it.
+# Left out: it compares goldens, as the final `substep check` does.
 GOLDENS = ("golden_test",)
-# The command and the files that a test reads, as CTest's fixtures make them; and the tests of a program that only compare a
-# page, which are left out.
+# MEASURED_FIRST: the command and its output that a test reads. OF_PAGES: tests that only compare a page, left out.
 MEASURED_FIRST = {"claims_report_test": ("report claims", ("claims.md",))}
 OF_PAGES = {"claims_report_test": "ClaimsReport.PageHasEachLine"}
 SWAPS = ((r"(?<=[\w\)\]]) \+ ", " - "), (r"(?<=[\w\)\]]) - ", " + "), (r" \* ", " / "), (r" / ", " * "),
@@ -123,7 +121,7 @@ def named(change: str) -> Mutant:
 
 
 def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
-    """Returns whether the command succeeded within `seconds` of processor time. Ends it after a minute and thrice that."""
+    """Returns whether the command succeeded within `seconds` of processor time. Kills it after 60 + 3 `seconds` s."""
     limit = round(seconds)
 
     def begin() -> None:
@@ -142,8 +140,7 @@ def children_time() -> float:
 
 
 class Workshop:
-    """A build of its own, where each source is compiled alone, which judges mutants. It replaces only the program, while a test
-    runs it."""
+    """Judges mutants in a build of its own, source by source. Replaces the program there while a test runs it."""
 
     def __init__(self, build: pathlib.Path, results: pathlib.Path):
         self.build, self.results_file = build, results
@@ -180,17 +177,17 @@ class Workshop:
         new.write_text(json.dumps({"verdicts": self.verdicts, "seconds": self.seconds}, indent=1, ensure_ascii=False))
         new.replace(self.results_file)
 
-    def said_by_ninja(self, *words: str) -> str:
+    def ninja_output(self, *words: str) -> str:
         return subprocess.run(["ninja", "-C", self.build, "-t", *words], check=True, capture_output=True, text=True).stdout
 
     def library_of(self, thing: str) -> str:
         """Returns the library or program that an object belongs to."""
-        after = [line.strip() for line in self.said_by_ninja("query", thing).split("outputs:")[1].splitlines()]
+        after = [line.strip() for line in self.ninja_output("query", thing).split("outputs:")[1].splitlines()]
         return next(target for target in after if target.endswith(".a") or target == "substep")
 
     def link(self, target: str, thing: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
         """Links a program with the changed object before its library. Returns None where it does not use the object."""
-        command = self.said_by_ninja("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
+        command = self.ninja_output("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
         words = shlex.split(command)
         if thing in words:
             words[words.index(thing)] = str(mutant)
@@ -296,10 +293,10 @@ def table(verdicts: dict[str, str]) -> str:
     for key, verdict in verdicts.items():
         if verdict == "does not build":
             continue
-        counts = areas.setdefault(key.split("/")[0], dict.fromkeys(("tests", "goldens", "equivalent", "survived", "not asked"), 0))
+        counts = areas.setdefault(key.split("/")[0], dict.fromkeys(("tests", "goldens", "equivalent", "survived", "not run"), 0))
         if verdict.startswith("survived"):
             reason = equivalent.get(key)
-            counts["not asked"] += 1 if verdict == "survived the tests" and not reason else 0
+            counts["not run"] += 1 if verdict == "survived the tests" and not reason else 0
             file, old, new = key.split(" | ")
             survivors.append(f"- {file}: `{old}` → `{new}`: {f'equivalent, {reason}' if reason else verdict}")
             verdict = "equivalent" if reason else "survived"
@@ -307,8 +304,8 @@ def table(verdicts: dict[str, str]) -> str:
         counts[kind] += 1
     text = "| area | changes | killed by tests | by goldens alone | equivalent | survived |\n|---|---|---|---|---|---|\n"
     for area, counts in sorted(areas.items()):
-        total = sum(counts.values()) - counts["not asked"]
-        goldens = "not asked" if counts["not asked"] else counts["goldens"]
+        total = sum(counts.values()) - counts["not run"]
+        goldens = "not run" if counts["not run"] else counts["goldens"]
         live = total - counts["equivalent"]
         share = 100 * counts["tests"] / live if live else 100
         text += (f"| {area} | {total} | {counts['tests']} ({share:.0f} %) | {goldens} | "

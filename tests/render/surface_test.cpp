@@ -109,7 +109,7 @@ TEST(Surfaces, TextureTurnsAndMoves) {
   Scene scene = scene_of_quarters();
   expect_quarters(scene, {0, 1, 2, 3});
   Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
-  texture.turn << 0, 1, -1, 0;  // a quarter turn
+  texture.uv_matrix << 0, 1, -1, 0;  // a quarter turn
   texture.offset = {0, 1};
   // (u, v) shows the image at (v, 1 − u).
   expect_quarters(scene, {2, 0, 3, 1});
@@ -120,7 +120,7 @@ TEST(Surfaces, TextureRepeatsMirrorsOrClamps) {
     Scene scene = scene_of_quarters();
     Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
     texture.wrap = {wrap, wrap};
-    texture.turn = 2 * Eigen::Matrix2d::Identity();
+    texture.uv_matrix = 2 * Eigen::Matrix2d::Identity();
     const Image image = drawn(scene);
     expect_near(at(image, 0.1, 0.1), quarters[0]);
     // Beyond the first copy `repeat` shows the first texel, `mirrored` the last, and `clamped` the last

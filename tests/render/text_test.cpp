@@ -87,9 +87,8 @@ TEST(Text, ClipsAtBorder) {
 TEST(Text, IgnoresFarAndNonFinitePositions) {
   const Image empty(50, 30);
   Image image = empty;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinite = infinity;
-  for (const double far : {nan, infinite, -infinite, 1e300, -1e18, 3e9}) {
+  using Limits = std::numeric_limits<double>;
+  for (const double far : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), 1e300, -1e18, 3e9}) {
     draw_text(image, far, 10, "text", {});
     draw_text(image, 10, far, "text", {});
     draw_line(image, far, 5, far, 6, 2, {255, 255, 255});

@@ -58,7 +58,7 @@ TEST(PublishedScenes, LoadWithoutReplacementsAndHaveExpectations) {
   EXPECT_EQ(count, 14);
 }
 
-TEST_P(EachScene, StartsWithItsJointsClosed) {
+TEST_P(EachScene, StartsWithLinearLimitsMet) {
   if (GetParam() == "short_chain") return;  // its page says by how much it is not
   const Scene scene = library_scene(GetParam());
   for (const Joint& joint : scene.joints) {
@@ -77,7 +77,7 @@ TEST_P(EachScene, StartsWithItsJointsClosed) {
   }
 }
 
-TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
+TEST_P(EachScene, TouchesExactlyWithinOneMillimetre) {
   if (GetParam() == "overlap") return;  // its page says by how much they do not
   const Scene scene = library_scene(GetParam());
   const Model model = build_model(scene);
@@ -94,12 +94,11 @@ TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
   }
   const bool starts_in_the_air =
       GetParam() == "bouncing_balls" || GetParam() == "ragdoll" || GetParam() == "rock_slide";
-  // Stones' hulls are made of the file's 32-bit floats. What lies in the funnel lies on the curve that its
-  // facets are chords of.
+  // Stones' hulls are made of 32-bit floats. Bodies in the funnel lie on the curve that facets are chords of.
   const double exact = GetParam() == "masonry_arch" ? 1e-7 : GetParam() == "funnel" ? 1e-3 : 1e-12;
   EXPECT_EQ(contacts.empty(), scene.colliders.empty() || starts_in_the_air);
   for (const ContactPoint& contact : contacts)
-    EXPECT_LT(std::fabs(contact.distance), exact);  // measured 1.1e-15
+    EXPECT_LT(std::fabs(contact.distance), exact);  // measured 1.1e-15 in the others
 }
 
 INSTANTIATE_TEST_SUITE_P(Library, EachScene, testing::ValuesIn(library()),

@@ -489,7 +489,7 @@ TEST(LoadScene, ReadsTexturesOfMaterial) {
   EXPECT_TRUE(texture.is_sharp_near);
   EXPECT_FALSE(texture.is_sharp_far);
   EXPECT_EQ(texture.levels, Texture::Levels::nearest);
-  EXPECT_EQ(texture.turn * Eigen::Vector2d(1, 1) + texture.offset, Eigen::Vector2d(2.25, 3.5));
+  EXPECT_EQ(texture.uv_matrix * Eigen::Vector2d(1, 1) + texture.offset, Eigen::Vector2d(2.25, 3.5));
   EXPECT_EQ(surface.emission, (std::array{2.0, 1.0, 0.0}));
   EXPECT_EQ(surface.opacity, Surface::Opacity::blended);
   EXPECT_FALSE(surface.is_double_sided);

@@ -1,5 +1,4 @@
-// Compares each engine with closed forms and with our reference. Engines that the build did not find are left
-// out.
+// Compares engines with closed forms and our reference; leaves out those on npm that CMake did not find.
 
 #include "sim/study/engines/engines.h"
 
@@ -81,7 +80,7 @@ TEST(Engines, ConvergeToReference) {
       };
       const double coarse = error_at(16);
       EXPECT_LT(coarse, 0.012);  // measured at most 0.0092: reduced coordinates on the rod chain
-      // Ratio of the errors: at most 0.52, Runge-Kutta 0.06 and 0.25; order 8 has only rounding errors.
+      // Measured ratio at most 0.52, of Runge-Kutta 0.06 and 0.25; order 8 has only rounding errors.
       EXPECT_LT(error_at(32), std::max(0.6 * coarse, 1e-13));
     }
   }
@@ -211,8 +210,7 @@ TEST(MuJoCo, ClosesLoops) {
 }
 
 TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
-  // A kinematic slab moves at 1 m/s under a box of μ = 0.3: the box slides for v/(μ g) = 0.34 s, by half of
-  // what the slab moves.
+  // A box of μ = 0.3 on a slab of 1 m/s slides for v/(μ g) = 0.34 s, and moves half as far as the slab.
   Scene scene = test::empty_scene();
   test::add_box(scene, {20, 0.2, 2}, 1, {{0, -0.1, 0}, Quaternion::Identity()}, 0.3);
   test::add_box(scene, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.3);
@@ -225,13 +223,13 @@ TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
   scene.colliders[2].in_no_system = false;
   scene.colliders[2].member = 1;
   scene.colliders[0].collides_with = ~std::uint64_t{1};
-  const double slid = 1 / (0.3 * 9.81);
+  const double sliding_time = 1 / (0.3 * 9.81);
   for (const Engine& engine : other_engines()) {
     if (!engine.name.starts_with("bullet")) continue;
     const State state = state_after_second(engine, scene);
     EXPECT_NEAR(state.q[1].linear.x(), 1, 1e-9);
     EXPECT_NEAR(state.v[2].linear.x(), 1, 0.01);
-    EXPECT_NEAR(state.q[2].linear.x(), 1 - slid / 2, 0.02);
+    EXPECT_NEAR(state.q[2].linear.x(), 1 - sliding_time / 2, 0.02);
     EXPECT_NEAR(state.q[2].linear.y(), 0.1, 1e-3);
     EXPECT_NEAR(state.q[3].linear.y(), 0.1 - 9.81 / 2, 0.03);
   }
@@ -311,7 +309,7 @@ TEST_F(CommandEngine, ReportsFailedCommand) {
 TEST_F(CommandEngine, ResolvesFilesInFolder) {
   const test::TemporaryFolder folder;
   const auto script = folder.write("mine.py", "");
-  EXPECT_EQ(beside({"python3", "mine.py", "other.py", "{poses}"}, folder.path()),
+  EXPECT_EQ(with_files_in({"python3", "mine.py", "other.py", "{poses}"}, folder.path()),
             (Command{"python3", script.string(), "other.py", "{poses}"}));
   EXPECT_EQ(command_engine({"python3", script.string(), "{poses}"}).label, "mine");
   EXPECT_EQ(command_engine({"/usr/bin/mine", "{poses}"}).label, "mine");

@@ -2,7 +2,7 @@
 // scenes/format.md documents both files. An adapter calls simulate() with a function that makes a world.
 import { closeSync, openSync, readFileSync, writeSync } from 'node:fs';
 
-/** An engine cannot do the scene: the program prints why. */
+/** The refusal of a scene that the engine cannot represent; the program prints its message. */
 export class Refusal extends Error {}
 
 export const add = (a, b) => a.map((x, i) => x + b[i]);
@@ -31,10 +31,10 @@ function turned_collider(collider, turn, moves) {
   return result;
 }
 
-/** Gives a solid of revolution the points of a hull, for engines that lack it. */
+/** Adds the hull's points to a cylinder or tapered capsule, for engines that lack the shape. */
 function add_hull(collider) {
   const { height, radiusBottom, radiusTop, position, orientation } = collider;
-  const round = [-75, -60, -45, -30, -15, 0, 15, 30, 45, 60, 75, 89];
+  const round = [-75, -60, -45, -30, -15, 0, 15, 30, 45, 60, 75, 89];  // rings' latitudes, degrees
   collider.points = [];
   for (const [radius, y, side] of [[radiusBottom, -height / 2, -1], [radiusTop, height / 2, 1]]) {
     for (const degrees of collider.shape === 'cylinder' ? [0] : round) {
@@ -67,14 +67,14 @@ function shared_joint(joint, bodies) {
     } else if (limit.type === 'angular' && limit.axes.length === 1 && !range) {
       range = limit;
     } else {
-      refuse(limit.type !== 'angular' ? 'has a slide' : limit.axes.length > 1 ? 'limits a cone' : 'limits a turn twice');
+      refuse(limit.type === 'linear' ? 'limits a slide' : limit.axes.length > 1 ? 'limits a cone' : 'limits two rotations');
     }
   }
   const free = [...'xyz'].filter((axis) => !locked.angular.includes(axis));
   if ([...'xyz'].some((axis) => !locked.linear.includes(axis)) || free.length === 2) {
     refuse('is no ball joint, hinge or fixed joint');
   }
-  if (range && (free.length !== 1 || range.axes !== free[0])) refuse('limits a turn of a ball joint');
+  if (range && (free.length !== 1 || range.axes !== free[0])) refuse('limits a rotation of a ball joint');
   const kind = { 0: 'fixed', 1: 'hinge', 3: 'ball' }[free.length];
   const result = { name: joint.name, kind, a, b, point_a: frame_a.point, point_b: frame_b.point, limits: null,
     collide: joint.bodiesCollide, silent: joint.silentColliders };
@@ -83,7 +83,7 @@ function shared_joint(joint, bodies) {
   const axis = [0, 0, 0];
   axis[along] = 1;
   result.axis = rotated(frame_a.orientation, axis);
-  if (dot(result.axis, rotated(frame_b.orientation, axis)) < 1 - 1e-6) refuse('starts with its axes apart');
+  if (dot(result.axis, rotated(frame_b.orientation, axis)) < 1 - 1e-6) refuse('starts with axes that are not parallel');
   if (range) {
     // The engines' angle is 0 at the start.
     const between = product(conjugate(frame_a.orientation), frame_b.orientation);
@@ -104,7 +104,7 @@ export function combined(one, other, what) {
   return ways[Object.keys(ways).find((way) => modes.includes(way)) ?? 'average'];
 }
 
-/** Bodies with `turn` (their orientation at the start), colliders, joints, and which pairs meet. */
+/** Returns the scene in frames with the world's axes at the start, with units, and meet(i, j): whether two units collide. */
 function in_world_axes(scene) {
   if (scene.format !== 'substep scene 1') throw new Error(`this adapter reads "substep scene 1", not "${scene.format}"`);
   const still = { linearVelocity: [0, 0, 0], angularVelocity: [0, 0, 0] };

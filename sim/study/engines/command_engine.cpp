@@ -84,7 +84,7 @@ void run_program(const Command& words, double time_limit) {
 
 }  // namespace
 
-Command beside(Command command, const fs::path& folder) {
+Command with_files_in(Command command, const fs::path& folder) {
   std::error_code ignored;
   for (std::string& word : command) {
     if (!word.empty() && fs::is_regular_file(folder / word, ignored)) word = (folder / word).string();

@@ -24,7 +24,7 @@ struct Engine {
   /// settings. Throws Error where the engine is not installed, with what to install, or where it cannot
   /// represent the scene, which is then listed as omitted. May be called from several threads at once.
   MakeStepper make;
-  bool has_iterations = false;  ///< whether it reads Settings::iterations
+  bool has_iterations = false;  ///< true where it reads Settings::iterations
   /// True where the engine runs in another program, so that its times cannot be compared.
   bool is_command = false;
 };
@@ -39,15 +39,15 @@ const Engine* find_engine(std::string_view name);
 /// --json` prints it; {"step", "duration", "iterations", "substeps"}; and the pose table that it writes.
 using Command = std::vector<std::string>;
 
-/// Returns the command with arguments that name a file in `folder` as that file.
-Command beside(Command command, const std::filesystem::path& folder);
+/// Returns the command with each word that names a file in `folder` replaced by that file's path.
+Command with_files_in(Command command, const std::filesystem::path& folder);
 
-/// Returns the engine of a command, which is named after the file that it runs.
+/// Returns the engine of a command; its label is the stem of the first file in it, else of the program.
 Engine command_engine(const Command& command);
 
-/// Runs the command on a scene for its duration and returns the states at each step. The table is read only
-/// where the program ends with exit code 0. Throws Error with the exit code and the last line of standard
-/// error (exit code 3: the line alone), or after `time_limit` seconds, or with what is wrong in the table.
+/// Runs the command on a scene for its duration and returns the states at each step. Throws Error where
+/// the command lacks {poses}, cannot start, or lasts longer than `time_limit` seconds; with the exit code or
+/// signal and the last line of standard error (exit code 3: the line alone); or with a fault of the table.
 std::vector<State> run_command(const Command& command, const Scene& scene, const Settings& settings,
                                double time_limit = 120);
 

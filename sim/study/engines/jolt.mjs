@@ -1,11 +1,11 @@
-// Jolt: every setting as it ships, but velocity steps as asked for, no sleep, no damping, no caps on speeds, and
-// convex radii of at most a tenth of a box's thinnest half.
+// Jolt: every setting as it ships, but the scene's gyroscopic terms and contact coefficients, velocity steps as asked
+// for, no sleep, no damping, speeds up to 1e6, and convex radii of at most a tenth of a box's thinnest half.
 import initJolt from 'jolt-physics';
 import { Refusal, combined, normal_of, rotated, simulate } from './adapter.mjs';
 
 const Jolt = await initJolt();
 const vector = (v) => new Jolt.Vec3(...v);
-const place = (v) => new Jolt.RVec3(...v);
+const position_of = (v) => new Jolt.RVec3(...v);
 const quaternion = ([w, x, y, z]) => new Jolt.Quat(x, y, z, w);
 const list = (v) => [v.GetX(), v.GetY(), v.GetZ()];
 
@@ -77,7 +77,7 @@ function system_of(settings) {
 function body_of(bodies, unit, filter, index, gyroscopic) {
   const { body } = unit;
   const motion = { dynamic: Jolt.EMotionType_Dynamic, kinematic: Jolt.EMotionType_Kinematic, static: Jolt.EMotionType_Static }[body.kind];
-  const desc = new Jolt.BodyCreationSettings(compound_of(unit.colliders), place(body.position), quaternion([1, 0, 0, 0]), motion, 0);
+  const desc = new Jolt.BodyCreationSettings(compound_of(unit.colliders), position_of(body.position), quaternion([1, 0, 0, 0]), motion, 0);
   desc.mCollisionGroup = new Jolt.CollisionGroup(filter, 0, index);
   if (body.kind !== 'static') {
     desc.mLinearVelocity = vector(body.linearVelocity);
@@ -101,8 +101,8 @@ function body_of(bodies, unit, filter, index, gyroscopic) {
 function constraint_of(joint, bodies) {
   const data = new { ball: Jolt.PointConstraintSettings, hinge: Jolt.HingeConstraintSettings, fixed: Jolt.FixedConstraintSettings }[joint.kind]();
   data.mSpace = Jolt.EConstraintSpace_LocalToBodyCOM;
-  data.mPoint1 = place(joint.point_a);
-  data.mPoint2 = place(joint.point_b);
+  data.mPoint1 = position_of(joint.point_a);
+  data.mPoint2 = position_of(joint.point_b);
   if (joint.kind === 'hinge') {
     data.mHingeAxis1 = data.mHingeAxis2 = vector(joint.axis);
     data.mNormalAxis1 = data.mNormalAxis2 = vector(normal_of(joint.axis));
@@ -118,7 +118,7 @@ function constraint_of(joint, bodies) {
 
 /** Sets the coefficients of contacts, which Jolt would combine in its own way. */
 function listener_of(units, index_of) {
-  const set = (one, other, manifold, settings) => {
+  const set_coefficients = (one, other, manifold, settings) => {
     const [a, b] = [one, other].map((body) => units[index_of.get(Jolt.wrapPointer(body, Jolt.Body).GetID().GetIndex())].colliders[0]);
     const contact = Jolt.wrapPointer(settings, Jolt.ContactSettings);
     contact.mCombinedFriction = combined(a, b, 'friction');
@@ -126,7 +126,7 @@ function listener_of(units, index_of) {
   };
   const listener = new Jolt.ContactListenerJS();
   listener.OnContactValidate = () => Jolt.ValidateResult_AcceptAllContactsForThisBodyPair;
-  listener.OnContactAdded = listener.OnContactPersisted = set;
+  listener.OnContactAdded = listener.OnContactPersisted = set_coefficients;
   listener.OnContactRemoved = () => {};
   return listener;
 }
@@ -135,7 +135,7 @@ await simulate((scene, settings) => {
   const { units } = scene;
   for (const unit of units) {
     if (new Set(unit.colliders.map((c) => JSON.stringify(c.material))).size > 1) {
-      throw new Refusal(`${unit.body.name} is of several materials`);
+      throw new Refusal(`${unit.body.name} has colliders of several materials`);
     }
   }
   const jolt = system_of(settings);
@@ -156,10 +156,10 @@ await simulate((scene, settings) => {
   return {
     step: () => jolt.Step(settings.step, 1),
     state: (body) => {
-      const is = bodies[body.index - 1];
-      const q = is.GetRotation();
-      return { position: list(is.GetCenterOfMassPosition()), orientation: [q.GetW(), q.GetX(), q.GetY(), q.GetZ()],
-        velocity: list(is.GetLinearVelocity()), spin: list(is.GetAngularVelocity()) };
+      const engine_body = bodies[body.index - 1];
+      const q = engine_body.GetRotation();
+      return { position: list(engine_body.GetCenterOfMassPosition()), orientation: [q.GetW(), q.GetX(), q.GetY(), q.GetZ()],
+        velocity: list(engine_body.GetLinearVelocity()), spin: list(engine_body.GetAngularVelocity()) };
     },
   };
 });
