@@ -112,6 +112,16 @@ TEST(Ablation, WithAllOfA4sIsA4) {
   EXPECT_LT(position_difference(all, run(sliding_box(), of_a4({}), 1.0 / 3)), 1e-12);  // measured 0
 }
 
+TEST(Ablation, WithFrozenJacobianSlidesAsA3) {
+  // A sliding box does not rotate: its Jacobians are constant, only its biases change.
+  Scene scene = test::floor_scene(0.4);
+  test::add_box(scene, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.4);
+  scene.bodies[1].linear_velocity = {1, 0, 0.3};
+  const State frozen = ablated(scene, approximations[2], {}, 0.5);
+  const State exact = run(scene, {}, 0.5);
+  EXPECT_LT(position_difference(frozen, exact), 1e-12);  // measured 3e-17
+}
+
 TEST(Ablation, ApproximationsDifferInCost) {
   // ablation_costs() runs for a second, 60 steps.
   const std::vector<double> costs = ablation_costs(tumbling_chain(), 4, 1);
