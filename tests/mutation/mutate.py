@@ -279,10 +279,13 @@ class Workshop:
 
 
 def judged_equivalent() -> dict[str, str]:
-    """Lines FILE | OLD | NEW | REASON."""
+    """Returns the reason for each FILE | OLD | NEW. Ends the program where the file no longer has the line OLD."""
     file = pathlib.Path(__file__).with_name("equivalent.txt")
     lines = file.read_text().splitlines() if file.exists() else []
     parts = [[part.strip() for part in line.split(" | ")] for line in lines if line and not line.startswith("#")]
+    for name, old, *_ in parts:
+        if old not in map(str.strip, (TREE / name).read_text().splitlines()):
+            sys.exit(f"{file}: {name} no longer has the line '{old}': mend or remove the entry")
     return {" | ".join(part[:3]): part[3] for part in parts}
 
 
