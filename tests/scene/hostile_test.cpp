@@ -369,6 +369,8 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
       HasSubstr("the skinned mesh of node 'rock shape' collides in the form that it has at the start"));
   EXPECT_THAT(warnings(skinned(example(), 1, "[1, 3]")),
               HasSubstr("skinned meshes are drawn in rigid pieces, each with the body"));
+  EXPECT_THAT(complaint(edited(skinned(example(), 5, "[1, 3]"), "/nodes/5/scale = [1, 0, 1]")),
+              HasSubstr("its geometry's node is scaled to nothing along an axis"));
 }
 
 TEST(Features, LoadWithoutWarning) {
