@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -46,12 +47,12 @@ void submit(const SweepCommand& command, int tasks) {
                                        "\"$SUBSTEP_RESULTS\" --threads 1 --job "
                                        "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\"" +
                                            std::string(command.cache.is_off ? " --no-cache" : "")};
-  const std::vector<std::string> environment{
-      "SUBSTEP_PROGRAM=" + program, "SUBSTEP_SWEEP=" + fs::absolute(command.file).string(),
-      "SUBSTEP_RESULTS=" + results.string(), fmt::format("SUBSTEP_TASKS={}", tasks)};
+  ::setenv("SUBSTEP_PROGRAM", program.c_str(), 1);
+  ::setenv("SUBSTEP_SWEEP", fs::absolute(command.file).c_str(), 1);
+  ::setenv("SUBSTEP_RESULTS", results.c_str(), 1);
+  ::setenv("SUBSTEP_TASKS", std::to_string(tasks).c_str(), 1);
   try {
-    if (!ChildProcess(words, {}, environment).succeeds())
-      throw Error("--slurm: sbatch did not take the jobs");
+    if (!ChildProcess(words, {}).succeeds()) throw Error("--slurm: sbatch did not take the jobs");
   } catch (const std::system_error& error) {
     throw Error(
         "--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "

@@ -6,7 +6,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -52,15 +51,7 @@ std::string TemporaryFile::content() const {
   return text;
 }
 
-ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& streams,
-                           std::vector<std::string> environment) {
-  // Inherit only the other variables: of two with one name, some shells take the last.
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string_view variable = *entry;
-    const std::string_view start = variable.substr(0, variable.find('=') + 1);
-    const auto is_same = [&](const std::string& other) { return other.starts_with(start); };
-    if (std::ranges::none_of(environment, is_same)) environment.emplace_back(variable);
-  }
+ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& streams) {
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   const std::array<int, 3> from{streams.in, streams.out, streams.err};
@@ -81,7 +72,7 @@ ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& stream
   ::posix_spawnattr_setsigdefault(&attributes, &signals);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   const int failure = ::posix_spawnp(&process_, words.front().c_str(), &actions, &attributes,
-                                     pointers_to(words).data(), pointers_to(environment).data());
+                                     pointers_to(words).data(), environ);
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
   if (failure == 0) return;

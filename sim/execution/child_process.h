@@ -37,10 +37,9 @@ class ChildProcess {
     int err = inherited;
   };
 
-  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. Variables
-  /// of `environment` ("NAME=value") override this program's own. Throws std::system_error.
-  explicit ChildProcess(std::vector<std::string> words, const Streams& streams,
-                        std::vector<std::string> environment = {});
+  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. Throws
+  /// std::system_error.
+  ChildProcess(std::vector<std::string> words, const Streams& streams);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess();

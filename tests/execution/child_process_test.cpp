@@ -24,15 +24,6 @@ TEST(ChildProcess, ReadsAndWritesFiles) {
   EXPECT_EQ(nothing.content(), "");
 }
 
-TEST(ChildProcess, GivenVariablesOverrideInheritedOnes) {
-  ::setenv("SUBSTEP_WORD", "six", 1);
-  const TemporaryFile out;
-  ChildProcess process({"sh", "-c", "env | grep ^SUBSTEP_WORD="}, {.out = out.descriptor()},
-                       {"SUBSTEP_WORD=seven"});
-  EXPECT_TRUE(process.succeeds());
-  EXPECT_EQ(out.content(), "SUBSTEP_WORD=seven\n");
-}
-
 TEST(ChildProcess, ReportsExitCodeOrSignal) {
   ChildProcess failing({"false"}, {});
   EXPECT_FALSE(failing.succeeds());
