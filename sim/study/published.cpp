@@ -233,51 +233,44 @@ double rank_of(const PublishedFigure& line) {
   return line.missed_by.empty() ? worst : above_all_errors + worst;
 }
 
-TextTable transposed(const TextTable& table) {
-  TextTable result{{table.head.front()}, {}};
-  for (const std::vector<std::string>& row : table.rows) result.head.push_back(row.front());
-  for (std::size_t column = 1; column < table.head.size(); ++column) {
-    result.rows.push_back({table.head[column]});
-    for (const std::vector<std::string>& row : table.rows) result.rows.back().push_back(row[column]);
-  }
-  return result;
-}
-
 /// Returns a table with a column for each figure, at most the four of highest rank, and a row for each run's
 /// algorithm.
 TextTable figures_table(const PublishedMeasurement& measurement) {
   constexpr std::size_t most = 4;
-  TextTable table{{"", "expected"}, {}};  // a row for each figure until it is transposed
-  std::vector<double> ranks;
+  TextTable table{{""}, {{"expected"}}};
+  std::vector<double> ranks{0};  // of columns; the first, of titles, stays
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
     const std::string name = line.what + (first.unit.empty() ? "" : ", ") + first.unit;
     const std::string expected = line.is_time ? "" : bounded_text(first.bound, short_number(first.expected));
-    auto row = std::ranges::find_if(
-        table.rows, [&](const auto& earlier) { return earlier[0] == name && earlier[1] == expected; });
-    if (row == table.rows.end()) {
-      row = table.rows.insert(row, {name, expected});
+    std::size_t column = 1;
+    while (column < ranks.size() && (table.head[column] != name || table.rows[0][column] != expected))
+      ++column;
+    if (column == ranks.size()) {
+      table.head.push_back(name);
+      table.rows[0].push_back(expected);
       ranks.push_back(0);
     }
-    double& rank = ranks[static_cast<std::size_t>(row - table.rows.begin())];
-    rank = std::max(rank, rank_of(line));
+    ranks[column] = std::max(ranks[column], rank_of(line));
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
       if (found == line.measured.end()) continue;
       const std::string title = fmt::format("{}: {}", line.run, title_of(algorithm));
-      const auto column = static_cast<std::size_t>(std::ranges::find(table.head, title) - table.head.begin());
-      if (column == table.head.size()) table.head.push_back(title);
+      auto row = std::ranges::find(
+          table.rows, title, [](const auto& cells) -> const auto& { return cells[0]; });
+      if (row == table.rows.end()) row = table.rows.insert(row, {title});
       row->resize(std::max(row->size(), column + 1));
       (*row)[column] = cell_text(found->second, line.is_time);
     }
   }
-  for (std::vector<std::string>& row : table.rows) row.resize(table.head.size());
-  while (table.rows.size() > most) {
-    const auto least = std::ranges::min_element(ranks) - ranks.begin();
-    table.rows.erase(table.rows.begin() + least);
+  for (std::vector<std::string>& row : table.rows) row.resize(ranks.size());
+  while (ranks.size() > most + 1) {
+    const auto least = std::min_element(ranks.begin() + 1, ranks.end()) - ranks.begin();
+    table.head.erase(table.head.begin() + least);
+    for (std::vector<std::string>& row : table.rows) row.erase(row.begin() + least);
     ranks.erase(ranks.begin() + least);
   }
-  return transposed(table);
+  return table;
 }
 
 }  // namespace
