@@ -336,6 +336,7 @@ def main() -> int:
     if arguments.table:
         print(table(workshop.verdicts))
         return 0
+    judged_equivalent()  # ends here, not after all mutants, where a line is gone
     os.nice(19)
     workshop.open({mutant.file for mutant in chosen})
     verdicts = {}
