@@ -11,10 +11,11 @@
 //
 // Where the report is silent: λ starts at zero in each sub-step (line 7). The limits of λ hold for the
 // impulse of the step so far, and τ and κ act on position-level rows alone, so that a motor reaches its own
-// β (line 11). A contact's points are fixed in both bodies for the step; on a ball the point is where the
-// normal meets the ball (line 15). Beyond the report, contacts can have their own τ and κ (claim 17). Where
-// contacts bounce, or collide beside joints, a sub-step takes more than m sweeps, since no later one restores
-// an impulse that is missing (line 8). Contacts: contact_batch.h.
+// β (line 11). A contact's point on a ball is where the normal meets the ball, and once the bodies have met,
+// the point on the body with which the normal turns follows the other body's (line 15). Beyond the report,
+// contacts can have their own τ and κ (claim 17). Where contacts bounce, or collide beside joints, a sub-step
+// takes more than m sweeps, since no later one restores an impulse that is missing (line 8). Contacts:
+// contact_batch.h.
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"

@@ -19,7 +19,7 @@ struct Simulation::Implementation {
         settings(set),
         procedure(std::move(p)),
         model(build_model(s)),
-        finder(scene, model),
+        finder(scene, model, settings.algorithm == Algorithm::a3),
         state(initial_state(s)) {
     sub_stepped = settings.algorithm >= Algorithm::a3;
     is_direct = settings.algorithm == Algorithm::a1;
@@ -100,7 +100,8 @@ struct Simulation::Implementation {
       }
     }
     if (follows_tension) {
-      const double least = equal_parts * allowed_swing / settings.step;
+      // Less by a little more than rounding, which would divide one step size in nine.
+      const double least = (1 - 1e-9) * equal_parts * allowed_swing / settings.step;
       state.transverse_frequency = transverse_frequency(problem, part_settings.step, least, stiffness);
     }
     ++steps;

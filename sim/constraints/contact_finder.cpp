@@ -29,7 +29,8 @@ double reach_of(const Shape& shape) {
 
 }  // namespace
 
-ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(model) {
+ContactFinder::ContactFinder(const Scene& scene, const Model& model, bool reformulates)
+    : model_(model), reformulates_(reformulates) {
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
     const double size = reach_of(collider.shape);
@@ -46,7 +47,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   reserve(16 * colliders, pairs_, contacts_, patches_of_, kept_, touching_, neighbours_, groups_);
   reserve(colliders + 1, begins_, patch_begins_, group_of_);
   reserve(4 * colliders, meetings_);
-  reserve(64, points_);
+  reserve(64, points_, overlaps_);
   const std::size_t bodies = model.masses.size();
   motions_.resize(bodies);
   rotations_.resize(bodies);
@@ -275,6 +276,7 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   points_.clear();
   find_contacts(shape_a, pose_a, shape_b, pose_b, margin * (1 - impact->time / duration_) + touching * size,
                 points_);
+  if (pass(moving_a, moving_b, impact->time, size)) return;
   const std::size_t first = contacts_.size();
   add_contacts(a, b, impact->time);
   if (contacts_.size() == first) return;

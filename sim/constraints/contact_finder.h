@@ -54,7 +54,8 @@ struct PairMaterial {
 /// give another motion.
 class ContactFinder {
  public:
-  ContactFinder(const Scene& scene, const Model& model);
+  /// `reformulates`: sub-steps formulate the contacts' rows anew, so that normals turn with the bodies (A3).
+  ContactFinder(const Scene& scene, const Model& model, bool reformulates = false);
 
   /// Returns the contacts of `duration` seconds in `substeps` sub-steps from a state, with the friction and
   /// the overlaps of its contact cache. `aligned`: the first tangent is along the slip velocity with gravity,
@@ -139,10 +140,11 @@ class ContactFinder {
   void add_contacts(std::uint32_t a, std::uint32_t b, double time);
   void set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity, double slip_speed,
                   Contact& contact);
-  void set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b, Contact& contact) const;
+  void set_meeting(const Pair& pair, const ContactPoint& point, Contact& contact) const;
   void recall(const Pair& pair, const ContactPoint& point, double slip_speed, Contact& contact) const;
   const PatchShape* patch_of(std::uint32_t a, std::uint32_t b) const;
   bool keep_patch(const PatchShape& patch, double margin);
+  bool pass(const MovingShape& a, const MovingShape& b, double time, double size);
   double depth_after(const MovingShape& a, const MovingShape& b, double time);
   void keep_first_impacts();
   void add_neighbours();
@@ -159,6 +161,7 @@ class ContactFinder {
   void recall_patch(const PatchShape& patch, const Vector3& slip, double overlap, Contact& contact) const;
 
   const Model& model_;
+  bool reformulates_;
   std::vector<Candidate> candidates_;
   const State* state_ = nullptr;  ///< of the last find()
   bool aligned_ = false;
@@ -195,6 +198,7 @@ class ContactFinder {
   std::vector<int> patches_of_;    ///< indices of State::patches
   std::vector<PatchShape> kept_;
   std::vector<ContactPoint> points_;
+  std::vector<ContactPoint> overlaps_;  ///< of depth_after()
   std::vector<Contact> contacts_;
 };
 

@@ -112,13 +112,31 @@ SUBSTEP_KERNEL void roll(const Four<Contact>& contact, const Direction& normal, 
   }
 }
 
+/// Moves the point of the body with which the normal turns (A3) along the surface to the other body's point,
+/// as one slides on the other. With the arm of the start, the normal's turning would change the energy.
+/// Points that have yet to meet keep their arms.
+SUBSTEP_KERNEL void follow(const BatchBodies& at, const Four<Contact>& contact, const Direction& normal,
+                           int substep, PointArms& arms) {
+  const Lanes has_met = choose(gather(contact, &Contact::meets_in) < all(substep), all(1), all(0));
+  const auto on_a = has_met * gather(contact, &Contact::turns_with_a) > all(0);
+  const auto on_neither = gather(contact, &Contact::turns_with_neither) > all(0);
+  const LaneVectors apart = at.offset + turned(at.rotation_a, arms.a) - turned(at.rotation_b, arms.b);
+  const LaneVectors along = apart - dot(normal.in_world, apart) * normal.in_world;
+  const LaneVectors along_a = turned_back(at.rotation_a, along);
+  const LaneVectors along_b = turned_back(at.rotation_b, along);
+  for (int k = 0; k < 3; ++k) {
+    arms.a[k] = choose(on_a, arms.a[k] - along_a[k], arms.a[k]);
+    arms.b[k] = choose(on_a, arms.b[k], choose(on_neither, arms.b[k], arms.b[k] + has_met * along_b[k]));
+  }
+}
+
 /// Sets the directions of a contact point: the normal, then the tangents.
 SUBSTEP_KERNEL void set_directions(const BatchBodies& at, const ContactBatch& x, const Four<Contact>& contact,
                                    const Formulation& from, Direction (&directions)[3],
                                    ContactDirections& in_world) {
   LaneVectors in_b[3] = {gather(contact, &Contact::normal_b), gather(contact, &Contact::tangent_b1),
                          gather(contact, &Contact::tangent_b2)};
-  if (from.anew) turn_back(at, x, contact, from, in_b);
+  if (from.substep > 0) turn_back(at, x, contact, from, in_b);
   for (int k = 0; k < 3; ++k) set_direction(at, in_b[k], directions[k]);
   in_world.normal = directions[0].in_world;
   for (int k = 0; k < 2; ++k) in_world.tangent[k] = directions[1 + k].in_world;
@@ -220,19 +238,22 @@ SUBSTEP_KERNEL void formulate_points(ContactBatches& contacts, const ContactBatc
     const Four<Contact> contact = contacts_of(x, i, from.contacts);
     set_directions(at, x, contact, from, directions, rows.directions[i]);
     PointArms arms{gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)};
-    if (from.anew) roll(contact, normal_direction, arms);
+    if (from.substep > 0) {
+      roll(contact, normal_direction, arms);
+      follow(at, contact, normal_direction, from.substep, arms);
+    }
     NormalRow& normal = rows.normals[i];
-    if (!from.anew) normal.row.impulse = normal.low = all(0);
+    if (from.substep == 0) normal.row.impulse = normal.low = all(0);
     // A positive distance may close in the sub-step, and no more.
     const Lanes gap = set_row(at, arms, normal_direction, normal.row) + gather(contact, &Contact::left_over) +
                       gather(contact, &Contact::gap_offset);
     normal.row.beta = -gap / all(from.hs);
     if (rows.restitutions) {
-      if (!from.anew) start_restitution(contact, rows.restitutions[i]);
+      if (from.substep == 0) start_restitution(contact, rows.restitutions[i]);
       rows.restitutions[i].gap = gap;
     }
     if (!x.has_friction) continue;
-    if (from.anew) {
+    if (from.substep > 0) {
       move_point(at, arms, tangents, rows.arms[i], rows.frictions[i]);
     } else {
       start_friction(contact, rows.frictions[i]);
@@ -248,9 +269,8 @@ SUBSTEP_KERNEL void formulate_points(ContactBatches& contacts, const ContactBatc
 
 void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
                const std::vector<Matrix3>& rotations, double hs) {
-  const bool anew = contacts.formulations > 0;
-  if (!anew) contacts.first_rotations = rotations;
-  const Formulation from{found, q, rotations, hs, anew, contacts.first_rotations};
+  if (contacts.formulations == 0) contacts.first_rotations = rotations;
+  const Formulation from{found, q, rotations, hs, contacts.formulations, contacts.first_rotations};
   run_wide([&]() __attribute__((always_inline)) {
     for (const ContactBatch& x : contacts.batches) {
       const BatchBodies at = bodies_of(x, from);

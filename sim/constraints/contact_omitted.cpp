@@ -170,13 +170,34 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;
 }
 
+/// Returns whether two shapes pass each other that come within the search's tolerance after a time, at
+/// `points_`: when the slowest of these points would have closed twice the tolerance, the shapes do not
+/// overlap.
+bool ContactFinder::pass(const MovingShape& a, const MovingShape& b, double time, double size) {
+  const Vector3 centre_a = a.motion.at(time).position;
+  const Vector3 centre_b = b.motion.at(time).position;
+  const Vector3 velocity =
+      a.motion.velocity - b.motion.velocity + time * (a.motion.acceleration - b.motion.acceleration);
+  double slowest = infinity;
+  for (const ContactPoint& point : points_) {
+    if (point.distance > touching * size) continue;
+    const Vector3 turning =
+        a.motion.spin.cross(point.on_a - centre_a) - b.motion.spin.cross(point.on_b - centre_b);
+    const double approach = -point.normal.dot(velocity + turning);
+    if (approach > 0) slowest = std::min(slowest, approach);
+  }
+  constexpr double rounding = 1e-9;
+  const double later = time + std::min(touching * size / slowest, duration_);
+  return slowest < infinity && depth_after(a, b, later) <= rounding * size;
+}
+
 /// Returns how far two shapes overlap after a time, m.
 double ContactFinder::depth_after(const MovingShape& a, const MovingShape& b, double time) {
-  points_.clear();
+  overlaps_.clear();
   find_contacts(*a.shape, a.motion.at(time) * a.placement, *b.shape, b.motion.at(time) * b.placement, 0,
-                points_);
+                overlaps_);
   double depth = 0;
-  for (const ContactPoint& point : points_) depth = std::max(depth, -point.distance);
+  for (const ContactPoint& point : overlaps_) depth = std::max(depth, -point.distance);
   return depth;
 }
 

@@ -55,10 +55,14 @@ struct ContactFinder::Pair {
   const Velocity& vb;
   Pose body_a;  ///< when they touch
   Pose body_b;
-  // Rotations to the bodies' frames at the start of the step: arms and normals keep the directions in the
-  // world that they have when the bodies meet.
+  // Orientations at the start of the step.
+  const Quaternion& start_a;
+  const Quaternion& start_b;
+  // Rotations to the bodies' frames when the rows that solve the meeting are formulated: arms and normals
+  // have the directions in the world that they have when the bodies meet.
   Quaternion to_a;
   Quaternion to_b;
+  int formulated = 0;  ///< the sub-step that does so
   PairMaterial material;
   Vector3 acceleration;            ///< by gravity, of a relative to b, m/s²
   double fall;                     ///< speed that gravity gives a relative to b in a step, m/s
@@ -70,6 +74,11 @@ struct ContactFinder::Pair {
   const PatchShape* patch;               ///< of the step before, or null
   Vector3 patch_slip = Vector3::Zero();  ///< of `patch`: m, m, rad
 
+  /// Returns a direction in b's frame. It turns as the contact's normal until the rows are formulated.
+  Vector3 in_b(const Contact& contact, const Vector3& direction) const {
+    if (formulated > 0 && contact.turns_with_a) return start_b.conjugate() * (start_a * (to_a * direction));
+    return contact.turns_with_neither ? start_b.conjugate() * direction : to_b * direction;
+  }
   Vector3 velocity_at(const Vector3& arm_a, const Vector3& arm_b) const {
     return va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
   }
@@ -90,6 +99,8 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
             .vb = vb,
             .body_a = {qa.linear, qa.angular},
             .body_b = {qb.linear, qb.angular},
+            .start_a = qa.angular,
+            .start_b = qb.angular,
             .to_a = qa.angular.conjugate(),
             .to_b = qb.angular.conjugate(),
             .material = {on_a.material, on_b.material},
@@ -104,6 +115,12 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
     pair.path = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
     pair.body_a = motions_[on_a.body].at(time);
     pair.body_b = motions_[on_b.body].at(time);
+    if (reformulates_ && time > substep_) {
+      pair.formulated = static_cast<int>(std::ceil(time / substep_)) - 1;
+      const double from = pair.formulated * substep_;
+      pair.to_a = motions_[on_a.body].at(from).orientation.conjugate();
+      pair.to_b = motions_[on_b.body].at(from).orientation.conjugate();
+    }
   }
   if (pair.patch) {
     pair.patch_slip = slip_of(*pair.patch, pair.to_b * (qa.linear - qb.linear),
@@ -136,8 +153,13 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     contact.b = body_of(b);
     contact.collider_a = static_cast<int>(a);
     contact.collider_b = static_cast<int>(b);
+    contact.meets_in = pair.formulated;
     contact.arm_a = pair.to_a * arm_a;
     contact.arm_b = pair.to_b * arm_b;
+    if (candidates_[a].curved || candidates_[b].curved) {
+      set_rolling(point, pair.body_a * candidates_[a].collider->placement,
+                  pair.body_b * candidates_[b].collider->placement, contact);
+    }
     if (!aligned_ && i > 0 && points_[i - 1].normal == point.normal) {
       const Contact& before = *std::prev(contacts_.end(), 2);
       contact.normal_b = before.normal_b;
@@ -147,20 +169,16 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
       const Vector3 along =
           aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
                    : perpendicular(point.normal);
-      contact.normal_b = pair.to_b * point.normal;
-      contact.tangent_b1 = pair.to_b * along;
-      contact.tangent_b2 = pair.to_b * point.normal.cross(along);
+      contact.normal_b = pair.in_b(contact, point.normal);
+      contact.tangent_b1 = pair.in_b(contact, along);
+      contact.tangent_b2 = pair.in_b(contact, point.normal.cross(along));
     }
     contact.margin = margins_[a] + margins_[b] + (pair.patch ? spare_margin * pair.size : 0);
     contact.slid = slip_speed > pair.fall;
     contact.friction = contact.slid ? pair.material.dynamic_friction : pair.material.static_friction;
-    if (candidates_[a].curved || candidates_[b].curved) {
-      set_rolling(point, pair.body_a * candidates_[a].collider->placement,
-                  pair.body_b * candidates_[b].collider->placement, contact);
-    }
     set_impact(pair, point, velocity, slip_speed, contact);
     if (time > 0) {
-      set_meeting(pair, point, state_->q[contact.b].angular, contact);
+      set_meeting(pair, point, contact);
     } else {
       recall(pair, point, slip_speed, contact);
     }
@@ -193,15 +211,18 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
 }
 
 /// Sets the distance at the start of two points that meet later: their path until then, and the turning of
-/// their arms. `b`: the orientation of b at the start.
-void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b,
-                                Contact& contact) const {
-  const Vector3 turning = pair.time * (pair.va.angular.cross(point.on_a - pair.body_a.position) -
-                                       pair.vb.angular.cross(point.on_b - pair.body_b.position));
+/// their arms.
+void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, Contact& contact) const {
+  const Vector3 arm_a = point.on_a - pair.body_a.position;
+  const Vector3 arm_b = point.on_b - pair.body_b.position;
+  const Vector3 turning = (pair.time - pair.formulated * substep_) *
+                          (pair.va.angular.cross(arm_a) - pair.vb.angular.cross(arm_b));
   contact.gap_offset = -point.normal.dot(turning);
-  const Vector3 apart = point.on_a - point.on_b - pair.path;
-  contact.displacement_1 = -(b * contact.tangent_b1).dot(apart);
-  contact.displacement_2 = -(b * contact.tangent_b2).dot(apart);
+  Vector3 apart = point.on_a - point.on_b - pair.path;
+  if (pair.formulated > 0)
+    apart += pair.start_a * contact.arm_a - arm_a - (pair.start_b * contact.arm_b - arm_b);
+  contact.displacement_1 = -(pair.start_b * contact.tangent_b1).dot(apart);
+  contact.displacement_2 = -(pair.start_b * contact.tangent_b2).dot(apart);
 }
 
 /// Sets the cached data of a point that touches: the overlap that later steps recover, and the displacement

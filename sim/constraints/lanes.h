@@ -218,8 +218,8 @@ struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
   const std::vector<Matrix3>& rotations;
-  double hs;  ///< duration of a sub-step, s
-  bool anew;  ///< true where the step's rows were formulated before
+  double hs;    ///< duration of a sub-step, s
+  int substep;  ///< from 0
   const std::vector<Matrix3>& first_rotations;
 };
 

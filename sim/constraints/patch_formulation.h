@@ -172,7 +172,7 @@ SUBSTEP_KERNEL void formulate_patch(ContactBatches& contacts, const ContactBatch
   const Four<PatchShape> shapes{all_shapes + x.shape[0], all_shapes + x.shape[1], all_shapes + x.shape[2],
                                 all_shapes + x.shape[3]};
   Patch& patch = contacts.patches[x.patch];
-  if (!from.anew) start_patch(shapes, patch);
+  if (from.substep == 0) start_patch(shapes, patch);
   // Take the axes and the arms of the centre.
   const auto column = [&](Matrix3 PatchShape::*axes, int k) __attribute__((always_inline)) {
     return gather((shapes[0]->*axes).col(k), (shapes[1]->*axes).col(k), (shapes[2]->*axes).col(k),

@@ -36,9 +36,9 @@ inline constexpr std::array<Approximation, 6> approximations{
       .summed_rotation = true,
       .unstepped = true}}};
 
-/// Returns a procedure for Simulation with settings of A3. It keeps buffers, so each simulation needs its
-/// own. 'Stable' joints recompute their Jacobian in all approximations, as in A4.
-Procedure ablation_procedure(const Approximation& approximation);
+/// Returns a simulation by A3 with an approximation. 'Stable' joints recompute their Jacobian in all
+/// approximations, as in A4.
+Simulation ablated_simulation(const Scene& scene, Settings settings, const Approximation& approximation);
 
 /// Returns the cost of each approximation, in the order of `approximations`: the largest distance of a body
 /// from its position in A3 with plain joints at the horizon, m.

@@ -91,8 +91,9 @@ struct Drive {
   bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
-/// A contact point that the contact search finds for the whole step, in body frames. The normal and the
-/// tangents are in b's frame at the step's start; b is the static body where there is one.
+/// A contact point that the contact search finds for the whole step, in body frames; b is the static body
+/// where there is one. The normal and the tangents are in b's frame at the step's start, or in A3, whose
+/// normals turn, at the start of the sub-step in which the bodies meet.
 struct Contact {
   int a;
   int b;
@@ -103,7 +104,8 @@ struct Contact {
   Vector3 normal_b;  ///< from b to a
   Vector3 tangent_b1;
   Vector3 tangent_b2;
-  double margin;  ///< the manifold's points were looked for within this distance, m
+  int meets_in = 0;  ///< A3: the sub-step in which the bodies meet
+  double margin;     ///< the manifold's points were looked for within this distance, m
   double friction;
   static constexpr double no_impact = -1;
   double restitution = no_impact;  ///< of an impact, or no_impact
@@ -154,7 +156,11 @@ struct Model {
 /// Returns true where the joint keeps its frames' origins together: its three linear axes are locked.
 bool holds_anchors_together(const Joint& joint);
 
-/// Builds the model. Throws Error that names a joint whose drive has neither stiffness nor damping.
+/// Returns true where the body's numbers are finite, its orientations have unit length, and its mass and
+/// moments are not negative.
+bool is_valid(const Body& body);
+
+/// Builds the model. Throws Error that names a body, collider or joint that cannot be modelled.
 Model build_model(const Scene& scene);
 
 /// Returns a summary: "2 locked points, 1 drive; contacts with friction; no gyroscopic term".

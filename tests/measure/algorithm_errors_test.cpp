@@ -77,7 +77,7 @@ using test::run;
 /// Returns the state after a run of A3 with an approximation.
 State ablated(const Scene& scene, const Approximation& approximation, const Settings& settings,
               double duration) {
-  Simulation simulation(scene, settings, ablation_procedure(approximation));
+  Simulation simulation = ablated_simulation(scene, settings, approximation);
   return measured_run(simulation, duration).state;
 }
 

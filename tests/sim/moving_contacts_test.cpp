@@ -210,6 +210,28 @@ Trial draw_pinball(Random& random) {
                     });
 }
 
+/// Draws a box that flies past the edge of a still one, along the plane of its face or beside that plane.
+Trial draw_flush_passage(Random& random) {
+  const Vector3 size(random.between(0.05, 0.5), random.between(0.05, 0.5), random.between(0.05, 0.5));
+  const double gap = random.one_of({0.0, 1e-9, 1e-7, 1e-5}) * size.x();
+  const double speed = random.spread(0.5, 30);
+  const double meeting = random.between(0.05, 0.25);
+  const Quaternion turn = random.orientation();
+  const Substance substance{1, box_moments(1, size), random.one_of({0.0, 0.5, 0.95}), 0.6};
+  Scene scene = weightless_scene();
+  add_static(scene, box_of(Vector3::Ones()), {turn * Vector3(-0.5, -0.5, 0), turn}, substance);
+  const Vector3 start(size.x() / 2 + gap, size.y() / 2 + speed * meeting, random.between(-0.3, 0.3));
+  add_body(scene, box_of(size), {{turn * start, turn}, turn * Vector3(0, -speed, 0)}, substance);
+  return largest_of(fmt::format("box {:.1e} m beside an edge at {:.2f} m/s, e {}, there at {:.4f} s", gap,
+                                speed, substance.restitution, meeting),
+                    scene, meeting + 1 / speed,
+                    change_of_motion(scene, {size.norm() / 2}, speed, Vector3::Zero()));
+}
+
+TEST(NearMiss, FlyingFlushPastAnEdgeChangesNothing) {
+  run({"near miss, flush with an edge: motion", 1e-6, &draw_flush_passage});
+}
+
 TEST(NearMiss, FlyingPastChangesNothing) {
   run({"near miss: change of velocity and spin", 1e-6, &draw_fly_past});
 }

@@ -125,6 +125,37 @@ TEST(RollingOfA3, SubstepsEqualStepsOfA1) {
   EXPECT_LT(farthest_from_fine_steps(scene_named("rattleback"), 1, 1.0 / 480, 10, 1), 1e-4);
 }
 
+/// A plank rocks on a fixed drum, with the frequency √(m g (R − t/2) / (I + m t²/4)) for a thickness t.
+TEST(RollingOfA3, PlankOnDrumKeepsItsSwing) {
+  constexpr double radius = 0.4;
+  constexpr double thickness = 0.1;
+  constexpr double mass = 2;
+  constexpr double tilt = 0.05;
+  const Quaternion turn = rotation_quaternion({0, 0.7, 0});
+  const Vector3 centre(3, 1, -2);
+  Scene scene = test::empty_scene();
+  const Vector3 upwards(-std::sin(tilt), std::cos(tilt), 0);
+  const Vector3 along(std::cos(tilt), std::sin(tilt), 0);
+  const Vector3 from_centre = (radius + thickness / 2) * upwards + radius * tilt * along;
+  const Pose start{centre + turn * from_centre, turn * rotation_quaternion({0, 0, tilt})};
+  const int plank = test::add_box(scene, {1.2, thickness, 0.3}, mass, start, 2);
+  Collider drum = scene.colliders[0];
+  drum.body = world_body;
+  drum.shape = make_cylinder(1, radius, radius);
+  drum.placement = {centre, turn * shortest_rotation(Vector3::UnitY(), Vector3::UnitZ())};
+  scene.colliders.push_back(drum);
+  const double inertia = 1 / scene.bodies[plank].inverse_inertia.z() + mass * thickness * thickness / 4;
+  const double frequency = std::sqrt(mass * gravity * (radius - thickness / 2) / inertia);
+  Simulation simulation(scene, default_settings(Algorithm::a3));
+  double largest = 0;
+  for (int i = 0; i < 360; ++i) {
+    simulation.step();
+    if (i >= 280) largest = std::max(largest, simulation.state().v[plank].angular.norm());
+  }
+  // Measured: 0.6 % off; doubled in these 6 s where the plank's point is fixed in the plank for a step.
+  EXPECT_NEAR(largest, frequency * tilt, 0.02 * frequency * tilt);
+}
+
 /// Two spinning balls meet in the air: the normal joins their centres, and turns with neither.
 TEST(RollingOfA3, SpinningBallsPushAlongTheirLine) {
   Scene scene = test::weightless_scene();

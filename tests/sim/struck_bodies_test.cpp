@@ -51,7 +51,7 @@ Trial draw_two_balls(Random& random) {
                                velocities[1] - impulse / masses[1] * normal}));
 }
 
-/// Draws a ball that hits an edge or a corner of a fixed box, or with restitution of a free one.
+/// Draws a ball that hits an edge or a corner of a fixed box, or with restitution of a free one that spins.
 Trial draw_edge_hit(Random& random) {
   const Vector3 half(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.1, 0.5));
   const bool is_corner = random.flip();
@@ -74,7 +74,8 @@ Trial draw_edge_hit(Random& random) {
   const double cosine = random.between(0.2, 1);
   const Vector3 velocity =
       speed * (-cosine * normal + std::sqrt(1 - cosine * cosine) * random.across(normal));
-  const Substance of_box{box_mass, box_moments(box_mass, 2 * half), e, 0};
+  // Take equal moments: a body of unequal ones changes its spin without contact.
+  const Substance of_box{box_mass, Vector3::Constant(0.3 * box_mass * half.squaredNorm()), e, 0};
   const Vector3 lever = turn.conjugate() * arm.cross(normal);
   const double inverse_mass_of_box =
       is_free ? 1 / box_mass + lever.cwiseAbs2().dot(of_box.moments.cwiseInverse()) : 0;
@@ -85,10 +86,15 @@ Trial draw_edge_hit(Random& random) {
   add_body(scene, ball(radius),
            {{arm + radius * normal - meeting * velocity, random.orientation()}, velocity},
            {ball_mass, ball_moments(ball_mass, radius), e, 0});
-  const double impulse = (1 + e) * cosine * speed / (1 / ball_mass + inverse_mass_of_box);
+  // Spin slowly enough that the box turns no other part to the ball before they meet.
+  const double spin_speed = is_free ? random.between(0, 0.15) * speed / half.norm() : 0;
+  const Vector3 spin = spin_speed * random.direction();
+  const double approach = cosine * speed + normal.dot(spin.cross(arm));
+  const double impulse = (1 + e) * approach / (1 / ball_mass + inverse_mass_of_box);
   std::vector<Vector3> expected{velocity + impulse / ball_mass * normal};
   if (is_free) {
-    add_body(scene, box_of(2 * half), {{Vector3::Zero(), turn}}, of_box);
+    add_body(scene, box_of(2 * half),
+             {{Vector3::Zero(), rotation_quaternion(-meeting * spin) * turn}, Vector3::Zero(), spin}, of_box);
     expected.emplace_back(-impulse / box_mass * normal);
   } else {
     add_static(scene, box_of(2 * half), {Vector3::Zero(), turn}, of_box);
