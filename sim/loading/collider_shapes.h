@@ -33,6 +33,11 @@ SimplifiedHull simplified_hull(std::span<const Vector3> points, const std::strin
 
 /// Smallest fraction of its hull's volume that makes an enclosed solid one to compute with.
 inline constexpr double least_filled = 1e-6;
+/// Returns the largest such fraction, which rounding and simplified hulls take above 1. A mesh with a larger
+/// one cuts through itself.
+inline double most_filled(const SimplifiedHull& hull) {
+  return hull.warning.empty() ? 1.001 : 1.1;
+}
 
 /// Returns the mass properties, at unit density, of the solid that triangles enclose, also where they are
 /// inside out; nothing where they are not closed.

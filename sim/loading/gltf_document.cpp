@@ -120,12 +120,9 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
     }
     std::string_view bytes;
     if (const auto uri = buffer.find("uri")) {
-      const std::size_t known = document.files_beside.size();
       const auto read = read_uri(*uri, document);
       if (!read) uri->fail("there is no file '{}' beside the scene", percent_decoded(*uri));
       bytes = *read;
-      // Hash each file beside the scene once; data URIs are part of the JSON.
-      if (document.files_beside.size() > known) document.hash = add_binary_to_hash(document.hash, bytes);
     } else if (i == 0 && binary) {
       bytes = *binary;
     } else {
@@ -141,11 +138,19 @@ void check_root(const JsonValue& root) {
   if (!version.text().starts_with("2.")) {
     version.fail("is '{}'; only glTF version 2 is read", printable(version.text()));
   }
+  const auto is_known = [](const JsonValue& name) {
+    return std::ranges::find(known_extensions, name.text()) != known_extensions.end();
+  };
   for (const JsonValue& name : root.items("extensionsRequired")) {
-    if (std::ranges::find(known_extensions, name.text()) == known_extensions.end()) {
-      name.fail("the file needs the extension '{}', which is not read; known are {}", name.text(),
-                fmt::join(known_extensions, ", "));
-    }
+    if (is_known(name)) continue;
+    name.fail("the file needs the extension '{}', which is not read; known are {}", name.text(),
+              fmt::join(known_extensions, ", "));
+  }
+  for (const JsonValue& name : root.items("extensionsUsed")) {
+    if (!is_known(name)) name.warn("the extension '{}' is ignored", printable(name.text()));
+  }
+  if (const auto animations = root.find("animations")) {
+    animations->warn("are ignored: nodes move as bodies or not at all");
   }
   for (const char* list : {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes",
                            "nodes", "samplers", "scenes", "skins", "textures"}) {
@@ -186,6 +191,7 @@ std::shared_ptr<const std::string> read_uri(const JsonValue& uri, GltfDocument& 
   if (!file) {
     const std::string name = (document.file.parent_path() / percent_decoded(uri)).string();
     file = document.files.emplace_back(std::make_shared<const std::string>(read_bytes(*found, name)));
+    document.hash = add_binary_to_hash(document.hash, *file);
   }
   return file;
 }

@@ -19,7 +19,7 @@ namespace substep {
 struct GltfDocument {
   std::filesystem::path file;
   std::unique_ptr<JsonFile> source = std::make_unique<JsonFile>();  ///< outlives moves of the document
-  std::uint64_t hash = 0;
+  std::uint64_t hash = 0;  ///< of the file and of those beside it that were read; data URIs are in the JSON
   Json json;
   std::vector<std::string_view> buffers;                  ///< each of its declared length, in `files`
   std::vector<std::shared_ptr<const std::string>> files;  ///< contents of all files and data URIs

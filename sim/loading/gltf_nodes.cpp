@@ -112,6 +112,12 @@ bool NodeTransform::is_finite() const {
   return linear.allFinite() && translation.allFinite() && rotation.coeffs().allFinite() && scale.allFinite();
 }
 
+Pose NodeTransform::rigid() const {
+  if (!mirrors()) return {translation, rotation};
+  // −1 on all axes and half a turn about x are a mirror image in x.
+  return {translation, rotation * Quaternion(0, -1, 0, 0)};
+}
+
 NodeTransform make_transform(const Vector3& translation, const Quaternion& rotation, const Vector3& scale) {
   NodeTransform transform;
   transform.translation = translation;

@@ -23,10 +23,12 @@ struct NodeTransform {
   Quaternion rotation = Quaternion::Identity();
   Vector3 scale = Vector3::Ones();
 
-  bool mirrors() const { return scale.minCoeff() < 0; }
+  bool mirrors() const { return sheared ? linear.determinant() < 0 : scale.minCoeff() < 0; }
   bool is_finite() const;
-  /// Returns the pose without the scale, for what is rigidly attached to the node.
-  Pose rigid() const { return {translation, rotation}; }
+  /// Returns the pose without the scale, for what is its own mirror image in x: implicit shapes, joint
+  /// frames, cameras and lights. Where the node mirrors, the pose keeps its y and z axes and reverses its x
+  /// axis.
+  Pose rigid() const;
 };
 
 NodeTransform make_transform(const Vector3& translation, const Quaternion& rotation, const Vector3& scale);

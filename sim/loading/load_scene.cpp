@@ -40,18 +40,17 @@ Scene scene_of(SceneDraft draft) {
   warn_of_floating_bodies(draft);
   add_visuals(draft);
   read_cameras_and_lights(draft.document, draft.scene);
-  std::vector<std::string>& warnings = draft.document.source->warnings;
-  if (draft.document.root().find("animations")) {
-    warnings.emplace_back("animations are ignored: nodes move as bodies or not at all");
-  }
-  draft.scene.warnings = std::move(warnings);
+  draft.scene.hash = draft.document.hash;  // with the images, which visuals read
+  draft.scene.warnings = std::move(draft.document.source->warnings);
   return std::move(draft.scene);
 }
 
 Scene scene_of_plain_gltf(GltfDocument& document, const MeshOptions& options) {
   Scene scene = mesh_scene(document.file, mesh_file_of(document), options);
   std::vector<std::string>& warnings = document.source->warnings;
-  warnings.emplace_back("has no body of KHR_physics_rigid_bodies, so its meshes fall as bodies on a plane");
+  warnings.emplace_back(
+      "has no body of KHR_physics_rigid_bodies, so its meshes fall as bodies on a plane, without its cameras "
+      "and lights");
   scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
   return scene;
 }
@@ -76,7 +75,6 @@ SceneDraft::SceneDraft(GltfDocument read)
       tables(read_physics_tables(document)) {
   scene.file = document.file;
   scene.name = document.file.stem().string();
-  scene.hash = document.hash;
   most_spent += 4 * document.nodes.size();
   for (const GltfMesh& mesh : meshes) most_spent += 4 * mesh.size();
   for (const GltfSkin& skin : skins) most_spent += 4 * skin.joints.size();

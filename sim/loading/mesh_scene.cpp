@@ -165,8 +165,7 @@ class MeshSceneBuilder {
     SimplifiedHull simplified = simplified_hull(corners, where);
     solid.hull = std::move(simplified.hull);
     if (!simplified.warning.empty()) warn(solid, "{}", simplified.warning);
-    const double most = simplified.warning.empty() ? 1.001 : 1.1;  // a simplified hull may be smaller
-    set_mass(solid, enclosed_solid(positions, triangles), most, where);
+    set_mass(solid, enclosed_solid(positions, triangles), most_filled(simplified), where);
     solids_.push_back(std::move(solid));
   }
 
@@ -280,10 +279,8 @@ bool is_mesh_file(const GltfDocument& document) {
     return has(object.find("extensions"), "KHR_physics_rigid_bodies");
   };
   if (names_physics(root) || has(root.find("extras"), "substep")) return false;
-  if (const auto used = root.find("extensionsUsed"); used && used->json().is_array()) {
-    for (const auto& name : used->json()) {
-      if (name == "KHR_physics_rigid_bodies") return false;
-    }
+  for (const JsonValue& name : root.items("extensionsUsed")) {
+    if (name.text() == "KHR_physics_rigid_bodies") return false;
   }
   bool draws = false;
   for (std::size_t i = 0; i < document.nodes.size(); ++i) {
@@ -300,8 +297,8 @@ MeshFile mesh_file_of(GltfDocument& document) {
   const std::vector<GltfMesh> meshes = read_meshes(document);
   const std::vector<GltfSkin> skins = read_skins(document);
   MeshFile file;
-  file.hash = document.hash;
   file.surfaces = read_surfaces(document, file.images);
+  file.hash = document.hash;
   std::size_t own = 0;  // vertices and triangles with each mesh once
   for (const GltfMesh& mesh : meshes) own += mesh.size();
   const std::size_t most = std::max(own, most_shared);

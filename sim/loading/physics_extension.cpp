@@ -198,8 +198,13 @@ MotionProperties read_motion(const JsonValue& json) {
   json.read("mass", motion.mass, &JsonValue::non_negative);
   json.read("centerOfMass", motion.centre_of_mass, &JsonValue::vector3);
   json.read("inertiaDiagonal", motion.inertia_diagonal, &JsonValue::vector3);
-  if (motion.inertia_diagonal && motion.inertia_diagonal->minCoeff() < 0) {
-    json.require("inertiaDiagonal").fail("must not have a negative component");
+  if (const auto& inertia = motion.inertia_diagonal) {
+    const JsonValue given = json.require("inertiaDiagonal");
+    if (inertia->minCoeff() < 0) given.fail("must not have a negative component");
+    // A component 0 is infinite.
+    if (inertia->minCoeff() > 0 && 2 * inertia->maxCoeff() > (1 + 1e-6) * inertia->sum()) {
+      given.warn("one moment is above the sum of the two others, as no body has it: check the digits");
+    }
   }
   json.read("inertiaOrientation", motion.inertia_orientation, &JsonValue::rotation);
   json.read("linearVelocity", motion.linear_velocity, &JsonValue::vector3);

@@ -26,7 +26,7 @@ void read_color(const JsonValue& object, const char* key, std::array<double, 3>&
   color = {rgb.x(), rgb.y(), rgb.z()};
 }
 
-void read_pair(const JsonValue& object, const char* key, Eigen::Vector2d& pair) {
+void read_pair(const JsonValue& object, const char* key, Eigen::Ref<Eigen::Vector2d> pair) {
   if (const auto given = object.find(key)) pair = Eigen::Vector2d(given->numbers(2).data());
 }
 

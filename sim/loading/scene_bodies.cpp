@@ -7,6 +7,7 @@
 
 #include "sim/loading/collider_shapes.h"
 #include "sim/loading/scene_draft.h"
+#include "sim/model/model.h"
 
 namespace substep {
 namespace {
@@ -80,7 +81,7 @@ void set_mass(Body& body, const MotionProperties& motion, const MassProperties& 
         "has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water");
   }
   body.body_from_node = node_from_body.inverse();
-  body.pose = world.rigid() * node_from_body;
+  body.pose = Pose{world.translation, world.rotation} * node_from_body;
   body.pose.orientation.normalize();
 }
 
@@ -105,15 +106,6 @@ void place_body(SceneDraft& draft, int index) {
     Pose& placement = draft.scene.colliders[collider].placement;
     placement = in_body(body, placement);
   }
-}
-
-bool is_finite(const Body& body) {
-  const auto finite = [](const Pose& pose) {
-    return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
-  };
-  return std::isfinite(body.inverse_mass) && body.inverse_inertia.allFinite() &&
-         body.inverse_inertia.minCoeff() >= 0 && finite(body.pose) && finite(body.body_from_node) &&
-         body.linear_velocity.allFinite() && body.angular_velocity.allFinite();
 }
 
 /// Returns the world's colliders at a node of the world, above it and below it: the object that a joint to
@@ -214,7 +206,7 @@ void place_bodies(SceneDraft& draft) {
   const int count = static_cast<int>(draft.scene.bodies.size());
   for (int i = 1; i < count; ++i) place_body(draft, i);
   for (int i = 1; i < count; ++i) {
-    if (!is_finite(draft.scene.bodies[i])) {
+    if (!is_valid(draft.scene.bodies[i])) {
       draft.extension(draft.node_of_body[i], "motion").fail("{}", out_of_range);
     }
   }

@@ -50,14 +50,15 @@ class Colliders {
     }
     Collider collider;
     collider.body = body;
-    collider.placement = placement.rigid();
     if (properties.shape >= 0) {
+      collider.placement = placement.rigid();
       const ImplicitShape& shape = draft_.tables.shapes[properties.shape];
       collider.shape = implicit_shape(shape, placement.scale, faceted_[properties.shape], place);
       if (body != world_body && shape.kind == ImplicitShape::Kind::plane) {
         place.fail("a plane cannot belong to a body with motion: use a box");
       }
     } else {
+      collider.placement = {placement.translation, placement.rotation};  // the scale's signs mirror the mesh
       set_shape_of_meshes(collider, properties, placement.scale, place);
     }
     if (properties.material >= 0) collider.material = draft_.tables.materials[properties.material];
@@ -98,15 +99,15 @@ class Colliders {
     if (!hull.warning.empty()) place.warn("{}", hull.warning);
     collider.shape = hull.hull;
     if (properties.convex_hull) return;
-    place.warn("the {} moves, so it collides as its convex hull", name);
     if (!geometry.solid) {
       geometry.solid = enclosed_solid(geometry.points, geometry.triangles).value_or(MassProperties{});
-      const double hull_volume = mass_properties(Shape(hull.hull)).mass;
-      if (!(geometry.solid->mass > least_filled * hull_volume)) geometry.solid->mass = 0;
+      const double filled = geometry.solid->mass / mass_properties(Shape(hull.hull)).mass;
+      if (!(filled > least_filled && filled <= most_filled(hull))) geometry.solid->mass = 0;
     }
-    if (geometry.solid->mass > 0) {
-      draft_.solids.emplace(static_cast<int>(draft_.scene.colliders.size()), *geometry.solid);
-    }
+    const bool is_solid = geometry.solid->mass > 0;
+    place.warn("the {} moves, so it collides as its convex hull{}", name,
+               is_solid ? "" : ", which also gives its mass properties");
+    if (is_solid) draft_.solids.emplace(static_cast<int>(draft_.scene.colliders.size()), *geometry.solid);
   }
 
   ColliderGeometry& geometry_of(const ColliderProperties& properties, const Vector3& scale,

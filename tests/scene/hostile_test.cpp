@@ -356,7 +356,10 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
     /$/physicsJoints/0/drives/0/damping = | velocityTarget has no effect without damping
     /nodes/1/$/collider/geometry/convexHull = true | convexHull has no effect beside 'shape'
     /nodes/3/$/trigger = {"geometry": {"shape": 1}} | a trigger is ignored: it moves nothing
-    /animations = [] | animations are ignored: nodes move as bodies or not at all
+    /nodes/4/$ = {"motion": {"mass": 2, "inertiaDiagonal": [1, 5, 1]}} |
+        one moment is above the sum of the two others, as no body has it: check the digits
+    /extensionsUsed/- = "KHR_materials_ior" | /extensionsUsed/3: the extension 'KHR_materials_ior' is ignored
+    /animations = [] | /animations: are ignored: nodes move as bodies or not at all
     /meshes/0/primitives/0/targets = [{"POSITION": 0}] | morph targets are ignored
     /meshes/0/primitives/- = {"mode": 1, "attributes": {"POSITION": 0}} | points and lines are left out
     /cameras/0 = {"type": "orthographic"} | only perspective cameras are drawn with; it is ignored)");
@@ -376,6 +379,8 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
 TEST(Features, LoadWithoutWarning) {
   expect_warnings(example(), R"(
     /#/0/plane = {"sizeX": 4, "sizeZ": 4, "doubleSided": true}
+    /nodes/1/$/motion/inertiaDiagonal = [1, 2, 3]
+    /nodes/1/$/motion/inertiaDiagonal = [1, 0, 5]
     /materials/0/alphaMode = "MASK"; /materials/0/alphaCutoff = 0.3; /materials/0/doubleSided = true
     /meshes/0/primitives/0/attributes/COLOR_0 = 0)");
   expect_warnings(textured(), R"(

@@ -381,6 +381,37 @@ TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
   }
 }
 
+TEST(LoadScene, MirrorKeepsAxesOfShapesJointsCamerasAndLights) {
+  const char* const cone =
+      R"({"type": "cylinder", "cylinder": {"height": 1, "radiusBottom": 0.5, "radiusTop": 0}})";
+  for (int signs = 0; signs < 8; ++signs) {
+    SCOPED_TRACE(signs);
+    const Vector3 scale(signs & 1 ? -1 : 1, signs & 2 ? -1 : 1, signs & 4 ? -1 : 1);
+    const Vector3 y = scale.y() * Vector3::UnitY();
+    const Vector3 z = scale.z() * Vector3::UnitZ();
+    const auto scaled = [&](const Json& document, int node) {
+      return load(edited(
+          document, fmt::format("/nodes/{}/scale = [{}, {}, {}]", node, scale.x(), scale.y(), scale.z())));
+    };
+    const Scene moving = scaled(one_body("{}", cone), 0);
+    const Pose collider = moving.bodies[1].pose * moving.colliders[0].placement;
+    expect_near(moving.bodies[1].pose.position, -0.25 * y, 1e-12);  // a quarter of the height above the base
+    expect_near(collider.orientation * Vector3::UnitY(), y, 1e-14);
+    EXPECT_EQ(scaled(example(), 0).colliders[0].placement.orientation * Vector3::UnitY(), y);
+    const Joint nail = scaled(example(), 3).joints[0];
+    EXPECT_EQ(nail.frame_b.orientation * Vector3::UnitY(), y);
+    EXPECT_EQ(nail.frame_b.orientation * Vector3::UnitZ(), z);
+    const Scene crate = scaled(example(), 1);
+    const Pose hook = crate.bodies[1].pose * crate.joints[0].frame_a;
+    expect_near(hook.orientation * Vector3::UnitY(), y, 1e-14);
+    expect_near(hook.orientation * Vector3::UnitZ(), z, 1e-14);
+    const Scene viewed = scaled(example(), 6);
+    EXPECT_EQ(viewed.camera->pose.orientation * Vector3::UnitY(), y);
+    EXPECT_EQ(viewed.camera->pose.orientation * Vector3::UnitZ(), z);
+    expect_near(scaled(example(), 7).sun->direction, -scale.z() * Vector3::UnitY(), 1e-14);
+  }
+}
+
 TEST(LoadScene, ReadsEachCombineMode) {
   const auto read = [](const char* friction, const char* restitution) {
     const Json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
@@ -418,6 +449,11 @@ TEST(LoadScene, ColliderTakesMesh) {
             std::get<Polytope>(with_node.colliders[2].shape).vertices);
   EXPECT_THAT(moving.warnings,
               Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
+  // Two cubes that overlap by half cut through each other: their hull of 3 m³ gives the mass, not their sum.
+  const Scene overlapping = load(edited(R"(/nodes/4/$/collider/geometry/convexHull =;
+    /nodes/- = {"mesh": 0, "translation": [0.5, 0, 0]}; /nodes/5/children = [8])"));
+  EXPECT_NEAR(1 / overlapping.bodies[2].inverse_mass, 3000, 1e-9);
+  EXPECT_THAT(overlapping.warnings, Contains(HasSubstr("hull, which also gives its mass properties")));
   // A static collider keeps the triangles.
   const Scene in_world = load(edited(R"(/nodes/4/$ = {"collider": {"geometry": {"mesh": 0}}})"));
   EXPECT_EQ(std::get<TriangleMesh>(in_world.colliders[2].shape).triangles.size(), 12U);
@@ -510,6 +546,8 @@ TEST(LoadScene, ReadsImagesInFolderAlone) {
               HasSubstr("leaves the scene's folder"));
   EXPECT_THAT(complaint(edited(document, R"(/images/0 = {"bufferView": 77})")),
               HasSubstr("/images/0/bufferView"));
+  folder.write("wood.png", "\x89PNG\r\n\x1a\n.");
+  EXPECT_NE(load_scene(file).hash, scene.hash);
 }
 
 TEST(LoadScene, FileWithoutPhysicsStandsStill) {

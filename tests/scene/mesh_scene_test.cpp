@@ -194,13 +194,15 @@ Json without_physics() {
 }
 
 TEST(MeshScene, GltfWithoutPhysicsFalls) {
-  const Scene scene = load_text("plain.gltf", without_physics().dump());
+  const Scene scene = load_text("plain.gltf", edited(without_physics(), "/animations = []").dump());
   ASSERT_EQ(scene.bodies.size(), 3u);
   EXPECT_EQ(scene.bodies[1].name, "left");
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 1000, 1e-9);
   EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 2000, 1e-9);  // mirrored, and no thinner for it
   EXPECT_NEAR(scene.bodies[1].pose.position.y() - scene.bodies[2].pose.position.y(), 5, 1e-12);
-  EXPECT_THAT(scene.warnings, Contains(HasSubstr("its meshes fall as bodies on a plane")));
+  EXPECT_THAT(scene.warnings,
+              Contains(HasSubstr("its meshes fall as bodies on a plane, without its cameras")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("animations: are ignored")));
   MeshOptions options;
   options.mass = 3;
   EXPECT_NEAR(1 / load_text("plain.gltf", without_physics().dump(), options).bodies[1].inverse_mass, 3,
