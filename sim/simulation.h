@@ -46,9 +46,9 @@ inline constexpr std::string_view reason_of_parts =
 
 class Simulation {
  public:
-  /// Throws Error when the settings cannot be used or the scene needs what is not modelled. With a
-  /// `procedure`, for experiments, sets up frames, rows and blocks for the settings' algorithm, but steps
-  /// with it.
+  /// Throws Error when the settings cannot be used or a part of the scene cannot be modelled. With a
+  /// `procedure`, for experiments within the repository, sets up frames, rows and blocks for the settings'
+  /// algorithm, but steps with it.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure = nullptr);
 
   ~Simulation();
@@ -63,6 +63,7 @@ class Simulation {
   /// Returns the impulses of all contact points of the last step, zero ones too, with points at the bodies'
   /// current poses. Empty before the first step.
   std::vector<ContactImpulse> contact_impulses() const;
+  /// Returns the settings; in a scene without joints τ and κ are those of contacts.
   const Settings& settings() const;
   const Scene& scene() const;
   std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step

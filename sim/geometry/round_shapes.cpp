@@ -18,10 +18,6 @@ constexpr double leans = 1e-6;
 /// Fraction of its radius within which a point lies on a ball.
 constexpr double same_radius = 1e-6;
 
-bool are_radii(double bottom, double top) {
-  return bottom >= 0 && top >= 0 && bottom + top > 0 && std::isfinite(bottom + top);
-}
-
 bool lies_along(const Vector3& arm, const Vector3& normal) {
   return arm.dot(normal) < 0 &&
          arm.cross(normal).squaredNorm() <= same_direction * arm.squaredNorm() * normal.squaredNorm();
@@ -30,15 +26,17 @@ bool lies_along(const Vector3& arm, const Vector3& normal) {
 }  // namespace
 
 Cylinder make_cylinder(double height, double radius_bottom, double radius_top) {
-  if (!(height > 0) || !std::isfinite(height) || !are_radii(radius_bottom, radius_top))
+  const Cylinder cylinder{height / 2, radius_bottom, radius_top};
+  if (!as_revolved(cylinder, {})->is_valid())
     throw Error("a cylinder needs a positive height and radii that are not both 0");
-  return {height / 2, radius_bottom, radius_top};
+  return cylinder;
 }
 
 TaperedCapsule make_tapered_capsule(double height, double radius_bottom, double radius_top) {
-  if (!(height >= 0) || !std::isfinite(height) || !are_radii(radius_bottom, radius_top))
+  const TaperedCapsule capsule{height / 2, radius_bottom, radius_top};
+  if (!as_revolved(capsule, {})->is_valid())
     throw Error("a tapered capsule needs a height that is not negative and radii that are not both 0");
-  return {height / 2, radius_bottom, radius_top};
+  return capsule;
 }
 
 RevolvedSolid::RevolvedSolid(const Pose& pose, double half_length, double radius_bottom, double radius_top,
@@ -59,6 +57,12 @@ RevolvedSolid::RevolvedSolid(const Pose& pose, double half_length, double radius
     sine = difference / slant;
     cosine = 2 * half / slant;
   }
+}
+
+bool RevolvedSolid::is_valid() const {
+  const double radii = radius[0] + radius[1];
+  return std::isfinite(half) && (is_ball_ended ? half >= 0 : half > 0) && std::isfinite(radii) && radii > 0 &&
+         radius[0] >= 0 && radius[1] >= 0;
 }
 
 double RevolvedSolid::reach() const {

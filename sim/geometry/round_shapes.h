@@ -35,6 +35,8 @@ struct RevolvedSolid {
   double cosine = 1;
   bool has_side = true;
 
+  /// Returns false where a measure is not finite or negative, or the solid has no volume.
+  bool is_valid() const;
   /// Returns the radius of a ball about the middle that contains the solid.
   double reach() const;
   Vector3 end(int i) const { return i == 0 ? Vector3(middle - half * axis) : Vector3(middle + half * axis); }

@@ -6,9 +6,26 @@
 #include <cmath>
 
 #include "sim/error.h"
+#include "sim/geometry/round_shapes.h"
 
 namespace substep {
 namespace {
+
+bool is_valid(const Pose& pose) {
+  return pose.position.allFinite() && std::abs(pose.orientation.norm() - 1) < 1e-6;
+}
+
+/// Returns false where the shape is empty or its measures are not a solid's.
+bool is_valid(const Shape& shape) {
+  if (const auto* const polytope = std::get_if<Polytope>(&shape)) return polytope->face_count() > 0;
+  if (const auto* const mesh = std::get_if<TriangleMesh>(&shape)) return !mesh->nodes.empty();
+  const std::optional<RevolvedSolid> solid = as_revolved(shape, {});
+  return !solid || solid->is_valid();
+}
+
+bool is_valid(const ContactMaterial& material) {
+  return material.static_friction >= 0 && material.dynamic_friction >= 0 && material.restitution >= 0;
+}
 
 using Axes = std::array<bool, 3>;
 
@@ -33,6 +50,54 @@ Axes locked_axes(const Joint& joint, bool angular) {
     for (int axis = 0; axis < 3; ++axis) locked[axis] = locked[axis] || limit.axes[axis];
   }
   return locked;
+}
+
+/// Throws Error that names the first part of the scene that cannot be modelled.
+void check(const Scene& scene) {
+  const auto require = [&](bool is_met, const std::string& part, const char* needs) {
+    if (!is_met)
+      throw Error("{}: {} needs {}", scene.file.empty() ? "the scene" : scene.file.string(), part, needs);
+  };
+  const auto is_body = [&](int i) { return i >= 0 && i < static_cast<int>(scene.bodies.size()); };
+  const auto is_held = [&](int i) {
+    return is_body(i) && scene.bodies[i].inverse_mass == 0 && scene.bodies[i].inverse_inertia.isZero(0);
+  };
+  require(is_held(world_body), "it", "the world as its first body, which no force moves");
+  require(scene.gravity.allFinite(), "its gravity", "finite numbers");
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    require(is_valid(scene.bodies[i]), fmt::format("body {} ({})", i, scene.bodies[i].name),
+            "finite numbers, unit quaternions, and no negative mass or moment");
+  }
+  for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
+    const Collider& collider = scene.colliders[i];
+    const std::string part = fmt::format("collider {}", i);
+    require(is_body(collider.body) && is_valid(collider.placement) && is_valid(collider.material), part,
+            "a body of the scene, a finite placement with a unit quaternion, and no negative coefficient");
+    require(is_valid(collider.shape), part, "a shape with faces, or with a positive radius and height");
+    require(!std::holds_alternative<Plane>(collider.shape) || collider.body == world_body, part,
+            "to belong to the world: it is a plane");
+    require(!std::holds_alternative<TriangleMesh>(collider.shape) || is_held(collider.body), part,
+            "a body that no force moves: it is a triangle mesh");
+  }
+  const auto is_collider = [&](int i) { return i >= 0 && i < static_cast<int>(scene.colliders.size()); };
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const Joint& joint = scene.joints[i];
+    const std::string part = fmt::format("joint {} ({})", i, joint.name);
+    require(is_body(joint.body_a) && is_body(joint.body_b) && joint.body_a != joint.body_b &&
+                std::ranges::all_of(joint.silent_colliders, is_collider),
+            part, "two bodies, and silent colliders, of the scene");
+    require(is_valid(joint.frame_a) && is_valid(joint.frame_b), part, "finite frames with unit quaternions");
+    for (const JointLimit& limit : joint.limits) {
+      require(count(limit.axes) > 0 && limit.min <= limit.max && limit.stiffness.value_or(0) >= 0 &&
+                  limit.damping >= 0,
+              part, "limits with an axis, min ≤ max, and no negative stiffness or damping");
+    }
+    for (const JointDrive& drive : joint.drives) {
+      require(drive.axis >= 0 && drive.axis < 3 && drive.max_force >= 0 && drive.stiffness >= 0 &&
+                  drive.damping >= 0 && drive.stiffness + drive.damping > 0,
+              part, "drives with an axis from 0 to 2, and stiffness or damping above 0: they make the force");
+    }
+  }
 }
 
 JointCoordinate coordinate_of(const JointLimit& limit) {
@@ -66,7 +131,7 @@ void add_limit(const JointLimit& limit, const Attachment& at, Model& model) {
   if (std::isfinite(limit.max)) add(Limit::Side::high, limit.max);
 }
 
-void add_joint(const Scene& scene, const Joint& joint, Model& model) {
+void add_joint(const Joint& joint, Model& model) {
   const Attachment at{joint.body_b, joint.body_a, joint.frame_b, joint.frame_a};  // there b has the node
   for (const JointLimit& limit : joint.limits) {
     if (!is_lock(limit)) add_limit(limit, at, model);
@@ -84,10 +149,6 @@ void add_joint(const Scene& scene, const Joint& joint, Model& model) {
   if (count(angular) == 2) model.locks.push_back({Lock::Kind::direction, at, first(angular, false)});
   if (count(angular) == 1) lock_one(JointCoordinate::Kind::twist, first(angular, true));
   for (const JointDrive& drive : joint.drives) {
-    if (!(drive.stiffness > 0) && !(drive.damping > 0)) {
-      throw Error("{}: joint {}: a drive needs stiffness or damping above 0: they make the force",
-                  scene.file.string(), joint.name);
-    }
     const auto kind = drive.angular ? JointCoordinate::Kind::twist : JointCoordinate::Kind::position;
     model.drives.push_back({at,
                             {kind, drive.axis},
@@ -121,7 +182,15 @@ bool holds_anchors_together(const Joint& joint) {
   return count(locked_axes(joint, false)) == 3;
 }
 
+bool is_valid(const Body& body) {
+  return std::isfinite(body.inverse_mass) && body.inverse_mass >= 0 && body.inverse_inertia.allFinite() &&
+         body.inverse_inertia.minCoeff() >= 0 && std::isfinite(body.gravity_factor) && is_valid(body.pose) &&
+         is_valid(body.body_from_node) && body.linear_velocity.allFinite() &&
+         body.angular_velocity.allFinite();
+}
+
 Model build_model(const Scene& scene) {
+  check(scene);
   Model model;
   model.gravity = scene.gravity;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -137,7 +206,7 @@ Model build_model(const Scene& scene) {
   }
   model.has_joints.assign(scene.bodies.size(), 0);
   for (const Joint& joint : scene.joints) {
-    add_joint(scene, joint, model);
+    add_joint(joint, model);
     model.has_joints[joint.body_a] = model.has_joints[joint.body_b] = 1;
     if (!joint.enable_collision) add_silent_pairs(joint, model);
   }

@@ -88,6 +88,10 @@ std::vector<std::pair<const SettingsField*, std::string>> ordered(
     if (slash != std::string::npos) of_contacts.emplace_back(contacts, value.substr(slash + 1));
   }
   of_all.insert(of_all.end(), of_contacts.begin(), of_contacts.end());
+  for (const auto& setting : of_all) {
+    if (std::ranges::count(of_all, setting.first, [](const auto& other) { return other.first; }) > 1)
+      throw Error("'{}': is given twice", setting.first->name);
+  }
   return of_all;
 }
 

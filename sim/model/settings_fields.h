@@ -59,7 +59,11 @@ struct SettingsField {
 };
 
 inline constexpr std::array<SettingsField, 16> settings_fields{{
-    {.name = "algorithm", .member = &Settings::algorithm, .help = "Algorithm", .last = Algorithm::avbd},
+    {.name = "algorithm",
+     .member = &Settings::algorithm,
+     .help = "Algorithm",
+     .usual = "a3",
+     .last = Algorithm::avbd},
     {.name = "step",
      .member = &Settings::step,
      .help = "Step h in seconds, such as 1/60",
@@ -214,7 +218,8 @@ bool is_called(const SettingsField& field, std::string_view key);
 
 /// Sets the fields from their texts without checking ranges. Their order does not matter: τ and κ of contacts
 /// come last, since τ and κ of all rows reset them. "tau=0.6/0.9" sets τ of joints and of contacts. Throws
-/// Error for a value that cannot be read, and for a key that is none of `fields`, which it lists.
+/// Error for a value that cannot be read, for a field that is given twice, and for a key that is none of
+/// `fields`, which it lists.
 void set_typed(Settings& settings, const TypedSettings& typed,
                const std::vector<const SettingsField*>& fields);
 

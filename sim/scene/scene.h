@@ -110,9 +110,9 @@ struct Texture {
   bool is_sharp_near = false;  ///< magnified, it shows the nearest texel, not a mean of four
   bool is_sharp_far = false;   ///< minified, it shows the nearest texel
   Levels levels = Levels::blended;
-  /// Position in the image = uv_matrix · coordinates + offset.
-  Eigen::Matrix2d uv_matrix = Eigen::Matrix2d::Identity();
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  /// Position in the image = uv_matrix · coordinates + offset. Not aligned, as Quaternion.
+  Eigen::Matrix<double, 2, 2, Eigen::DontAlign> uv_matrix = Eigen::Matrix2d::Identity();
+  Eigen::Matrix<double, 2, 1, Eigen::DontAlign> offset = Eigen::Vector2d::Zero();
 };
 
 /// The material of a mesh.

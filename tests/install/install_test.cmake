@@ -1,5 +1,5 @@
 # Installs the build to a folder, takes the C++ block after <!-- example --> from sim/README.md, builds it in a project
-# of its own that knows only find_package(substep), and runs it.
+# of its own that knows only find_package(substep), and runs it. Links a scene that is made in code into a shared library.
 
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 
@@ -28,6 +28,34 @@ project(example LANGUAGES CXX)
 find_package(substep REQUIRED)
 add_executable(example example.cpp)
 target_link_libraries(example PRIVATE substep::loading)
+add_library(made SHARED made.cpp)
+target_link_libraries(made PRIVATE substep::core)
+]])
+file(WRITE ${FOLDER}/project/made.cpp [[
+#include <vector>
+
+#include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_shapes.h"
+#include "sim/geometry/triangle_mesh.h"
+#include "sim/model/usual_settings.h"
+#include "sim/simulation.h"
+
+// A type with a larger alignment would have another layout in programs that are compiled for wider vectors.
+static_assert(alignof(substep::Surface) == alignof(double) && alignof(substep::Collider) == alignof(double) &&
+              alignof(substep::State) == alignof(double));
+
+substep::Simulation made();
+substep::Simulation made() {
+  substep::Scene scene;
+  scene.bodies.resize(2);
+  scene.bodies[1].inverse_mass = 1;
+  scene.colliders.resize(3);
+  scene.colliders[0].shape = substep::make_rectangle(10, 10, false);
+  scene.colliders[1].shape = substep::make_cylinder(1, 0.5, 0);
+  scene.colliders[2].shape = substep::box({1, 1, 1});
+  scene.colliders[2].body = 1;
+  return substep::Simulation(scene, substep::usual_settings(scene, substep::Algorithm::a5));
+}
 ]])
 
 run_or_fail(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIGURATION} --prefix ${FOLDER}/installed)

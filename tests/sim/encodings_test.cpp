@@ -1,15 +1,19 @@
-// Base64, hashes, and the settings that follow a scene.
+// Base64, hashes, the settings that follow a scene, and scenes that cannot be modelled.
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "sim/math/base64.h"
 #include "sim/math/fnv1a.h"
+#include "sim/model/model.h"
 #include "sim/model/settings.h"
 #include "sim/model/usual_settings.h"
+#include "tests/error_message.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
@@ -62,6 +66,53 @@ TEST(Settings, FollowScene) {
   const Settings a3 = usual_settings(scene, Algorithm::a3);
   EXPECT_EQ(a3.substeps, 45);
   EXPECT_EQ(a3.iterations, 1);
+}
+
+TEST(Model, RefusesInvalidParts) {
+  using Change = std::function<void(Scene&)>;
+  const auto shape = [](const Shape& other) -> Change {
+    return [other](Scene& scene) { scene.colliders[1].shape = other; };
+  };
+  const auto drive = [](const JointDrive& added) -> Change {
+    return [added](Scene& scene) { scene.joints[0].drives.push_back(added); };
+  };
+  const std::string body = "body 1 (box 1) needs ";
+  const std::string collider = "collider 1 needs ";
+  const std::string joint = "joint 0 (joint) needs ";
+  const std::pair<std::string, Change> changes[] = {
+      {"it needs the world", [](Scene& scene) { scene = Scene{}; }},
+      {"it needs the world", [](Scene& scene) { scene.bodies[0].inverse_mass = 1; }},
+      {"its gravity needs", [](Scene& scene) { scene.gravity.x() = infinity; }},
+      {body, [](Scene& scene) { scene.bodies[1].inverse_mass = infinity; }},
+      {body, [](Scene& scene) { scene.bodies[1].inverse_inertia.x() = -1; }},
+      {body, [](Scene& scene) { scene.bodies[1].linear_velocity.x() = std::nan(""); }},
+      {body, [](Scene& scene) { scene.bodies[1].pose.orientation = Quaternion(2, 0, 0, 0); }},
+      {collider, [](Scene& scene) { scene.colliders[1].body = 2; }},
+      {collider, [](Scene& scene) { scene.colliders[1].material.static_friction = std::nan(""); }},
+      {collider, shape(Polytope{})},
+      {collider, shape(TriangleMesh{})},
+      {collider, shape(Plane{})},
+      {collider, shape(Sphere{-1})},
+      {collider, shape(Sphere{std::nan("")})},
+      {collider, shape(Capsule{-1, 1})},
+      {collider, shape(Cylinder{0.5, 0, 0})},
+      {joint, [](Scene& scene) { scene.joints[0].body_b = 2; }},
+      {joint, [](Scene& scene) { scene.joints[0].body_b = 1; }},
+      {joint, [](Scene& scene) { scene.joints[0].silent_colliders = {2}; }},
+      {joint, [](Scene& scene) { scene.joints[0].limits[0].min = 1; }},
+      {joint, [](Scene& scene) { scene.joints[0].limits[0].axes = {}; }},
+      {joint, drive({.axis = 5, .damping = 1})},
+      {joint, drive({.stiffness = -1, .damping = 2})},
+      {joint, drive({})}};
+  Scene valid = test::box_stack(1);
+  valid.joints.push_back(test::ball_joint(1, 0, Vector3::Zero(), {0, 0.5, 0}));
+  EXPECT_NO_THROW(build_model(valid));
+  for (const auto& [words, change] : changes) {
+    Scene scene = valid;
+    change(scene);
+    const std::string message = test::message_of([&] { build_model(scene); });
+    EXPECT_NE(message.find(": " + words), std::string::npos) << words << "is not in '" << message << "'";
+  }
 }
 
 }  // namespace
