@@ -107,6 +107,10 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
                 options.suite.string());
   }
   const Json& cases = results.at("cases");
+  if (options.all_failed && !results.at("ended").get<bool>()) {
+    throw Error("{}: the check did not end: {} of {} cases were checked: run 'substep check' again",
+                options.output.string(), cases.size(), results.at("of").get<int>());
+  }
   for (const std::string& wanted : options.cases) {
     if (std::ranges::none_of(cases, [&](const Json& entry) { return entry.at("name") == wanted; }))
       throw Error("the last check had no case '{}'", wanted);

@@ -68,6 +68,7 @@ void write_motion_page(CaseContext& context) {
     if (golden.poses.size() < comparison.times.size()) golden.poses.push_back(frame.poses);
   }
   golden.known = golden.poses.size();
+  golden.uncertainty.assign(golden.known, Track::resolution);
   comparison.runs.resize(2);
   render::Run& now = comparison.runs[0];
   now.panel.settings = result.entry.settings;
@@ -208,7 +209,8 @@ void check_poses(CaseContext& context) {
   poses.golden_frames = static_cast<int>(context.golden->frames.size());
   poses.difference = compare(*context.golden, *context.live);
   if (poses.difference.first_frame >= 0) {
-    poses.motion = compare_motion(context.golden_motion(), context.live_motion(), entry.pose_tolerance);
+    poses.motion =
+        compare_motion(context.golden_motion(), context.live_motion(), context.scene, entry.pose_tolerance);
   } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
     poses.motion.judgement = PoseJudgement::not_exact;
     context.note("the golden log's poses do not match its hashes: it was edited");

@@ -56,6 +56,8 @@ void explain_inputs(CaseContext& context, Failing& failing) {
   if (!failing.explain(difference.moves, difference.is_drawn)) return;
   context.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;
   context.result.cause = difference.text;
+  // A file beside the scene may be missing.
+  for (const std::string& warning : context.scene.warnings) context.note(warning);
   // Pictures may differ without a fault on a renderer other than the goldens'.
   if (failing.poses || (failing.images && context.is_exact_here())) {
     context.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
@@ -249,7 +251,7 @@ void decide(CaseContext& context) {
     }
   }
   if (verdict == Verdict::pass) return;
-  const std::string other = provenance_differences(context.sidecar, context.made_with);
+  const std::string other = provenance_differences(context.sidecar, context.result.entry, context.made_with);
   if (!other.empty()) context.note(other);
 }
 

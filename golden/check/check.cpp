@@ -268,7 +268,7 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
     run(plan, output);
     // A check of some cases does not look for orphans.
     output.finish(options.cases.empty() ? orphans(plan.suite) : std::vector<std::filesystem::path>());
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     write_failed_junit(error.what(), options.output);
     throw;
   }

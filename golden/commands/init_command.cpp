@@ -29,12 +29,13 @@ namespace fs = std::filesystem;
 constexpr int most_frames = 240;  // keeps goldens small; faults show by then
 constexpr int full_every = 10;
 
-/// Returns the scene files below a folder, sorted.
+/// Returns the scene files below a folder, sorted, without those in folders that cannot be read.
 std::vector<fs::path> scene_files(const fs::path& project) {
   std::vector<fs::path> files;
   std::error_code failure;
-  auto entry = fs::recursive_directory_iterator(project, failure);
+  fs::directory_iterator(project, failure);
   if (failure) throw Error("{}: cannot be read: {}", project.string(), failure.message());
+  auto entry = fs::recursive_directory_iterator(project, fs::directory_options::skip_permission_denied);
   for (; entry != fs::recursive_directory_iterator(); ++entry) {
     const std::string name = entry->path().filename().string();
     if (entry->is_directory() && (name.starts_with('.') || name.starts_with("build"))) {
@@ -58,8 +59,8 @@ std::string case_of(const fs::path& file, const std::string& shown) {
   const double all = std::floor(scene.duration / scene.step / full_every) * full_every;
   const int frames = static_cast<int>(std::clamp<double>(all, full_every, most_frames));
   const int middle = std::max(full_every, frames / 2 / full_every * full_every);
-  return fmt::format("[[case]]\nscene = \"../{}\"\nframes = {}\nimages = [{}{}]\n", shown, frames,
-                     middle == frames ? "" : fmt::format("{}, ", middle), frames);
+  return fmt::format("[[case]]\nscene = {}\nframes = {}\nimages = [{}{}]\n", Json("../" + shown).dump(),
+                     frames, middle == frames ? "" : fmt::format("{}, ", middle), frames);
 }
 
 constexpr const char* suite_start =
@@ -135,12 +136,13 @@ jobs:
     with: {{ suite: golden, program: OWNER/substep, setup: "{0}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
 )";
 
-/// Returns the shell command that installs the program that a simulator's command starts; "true": none.
+/// Returns the shell command that installs python3 or Node.js where a simulator's command starts it; "true":
+/// another program, whose package is not known.
 std::string setup_for(const std::string& command) {
-  const Command words = words_of(command);
-  if (words.empty() || words.front().find('/') != std::string::npos) return "true";
-  return "apt-get install -y -q --no-install-recommends " +
-         (words.front() == "node" ? "nodejs" : words.front());
+  std::string program;
+  std::istringstream(command) >> std::quoted(program);
+  if (program != "python3" && program != "node") return "true";
+  return "apt-get install -y -q --no-install-recommends " + (program == "node" ? "nodejs" : program);
 }
 
 struct InitOptions {
@@ -187,6 +189,7 @@ NewSuite new_suite(const InitOptions& options) {
   suite.files = {
       {"golden/suite.toml", text},
       {"golden/README.md", readme},
+      {"golden/.gitattributes", "*.poses -text\n"},  // a log with other line ends is damaged
       {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), setup_for(options.command))}};
   if (!fs::exists(project / ".gitignore")) suite.files.emplace_back(".gitignore", "/out/\n");
   return suite;
@@ -212,6 +215,9 @@ void init(const InitOptions& options) {
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
   if (suite.files.back().first != ".gitignore") fmt::print("  echo /out/ >> .gitignore\n");
   fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
+  if (!fs::exists(options.project / ".git"))
+    fmt::print(
+        "where the repository's root is another folder, move .github to it: GitHub looks only there\n");
   fmt::print("and in .github/workflows/goldens.yml replace OWNER by the owner of the substep repository\n");
 }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "sim/measure/motion.h"
+
 namespace substep::golden {
 namespace {
 
@@ -135,17 +137,32 @@ std::string invariants_beyond(const Invariants& golden, const Invariants& actual
   return {};
 }
 
-void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTolerance& tolerance,
-           MotionComparison& result) {
+/// Returns the largest energy of a golden run, J. A body's height counts from its lowest one in the run less
+/// the diagonal of the scene's smallest body, so that the origin has no influence, and bodies at rest have
+/// some energy.
+double energy_scale_of(const Track& golden, const Scene& scene) {
+  double lowest = 0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    const Vector3 pull = body.gravity_factor * scene.gravity;
+    double potential = infinity;
+    for (const Track::Frame& frame : golden.frames)
+      if (i < frame.poses.size()) potential = std::min(potential, -pull.dot(frame.poses[i].linear));
+    if (body.inverse_mass > 0 && std::isfinite(potential))
+      lowest += (potential - pull.norm() * smallest_body_of(scene)) / body.inverse_mass;
+  }
+  double scale = 0;
+  for (const Track::Frame& frame : golden.frames) scale = std::max(scale, frame.invariants.energy - lowest);
+  return scale;
+}
+
+void judge(const LoggedMotion& golden, const LoggedMotion& actual, const Scene& scene,
+           const PoseTolerance& tolerance, MotionComparison& result) {
   if (golden.log->frames.size() != actual.log->frames.size() || golden.log->end != actual.log->end) {
     result.judgement = PoseJudgement::end;
     return;
   }
-  double energy_scale = 0;
-  if (golden.track != nullptr) {
-    for (const Track::Frame& frame : golden.track->frames)
-      energy_scale = std::max(energy_scale, std::abs(frame.invariants.energy));
-  }
+  const double energy_scale = golden.track == nullptr ? 0 : energy_scale_of(*golden.track, scene);
   result.judgement = PoseJudgement::within;
   for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
     const bool by_poses = result.contacts_frame < 0 || k < result.contacts_frame;
@@ -180,14 +197,14 @@ PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int fr
   return {a->poses, b->poses, true};
 }
 
-MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual, const Scene& scene,
                                 const std::optional<PoseTolerance>& tolerance) {
   MotionComparison result;
   result.first = first_change(golden, actual);
   if (result.first.frame < 0) return result;
   result.contacts_frame = first_other_contacts(golden, actual, result.first.frame);
   if (tolerance) {
-    judge(golden, actual, *tolerance, result);
+    judge(golden, actual, scene, *tolerance, result);
   } else {
     result.judgement = PoseJudgement::not_exact;
   }

@@ -25,7 +25,7 @@ namespace substep::golden {
 struct PoseTolerance {
   double position = 1e-4;     ///< m
   double orientation = 1e-3;  ///< rad
-  double energy = 0.02;       ///< fraction of the golden run's largest energy
+  double energy = 0.02;       ///< fraction of the golden run's largest energy above each body's lowest height
   double penetration = 1e-3;  ///< m, beyond the golden run's
   int resting = 1;            ///< bodies
 };
@@ -71,7 +71,8 @@ struct MotionComparison {
   std::string limit;        ///< the value beyond it: "body crate position x 0.0012 m (limit 0.0001)"
 };
 
-MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+/// Compares two runs of `scene`.
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual, const Scene& scene,
                                 const std::optional<PoseTolerance>& tolerance);
 
 }  // namespace substep::golden

@@ -55,8 +55,7 @@ struct ReportPictures {
 std::string pair_title(const Json& pair) {
   const auto about = pair.at("about").get<std::string>();
   const std::string frame = fmt::format("Frame {}", pair.at("frame").get<int>());
-  if (about == "renderer")
-    return frame + ": changed by the renderer – golden picture, then golden poses drawn now";
+  if (about == "renderer") return frame + ": golden picture, then golden poses drawn now";
   if (about == "simulation") return frame + ": changed by the simulation – golden, then new poses, drawn now";
   if (about == "first visible") return frame + ": the first whose picture differs – golden, then new poses";
   return frame + ": no golden to compare with";

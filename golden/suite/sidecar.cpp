@@ -49,6 +49,9 @@ Sidecar read_sidecar(const std::filesystem::path& file) {
   try {
     const Json json = parse_json(read_bytes(file), file.string());
     result.scene_hash = json.at("scene_hash");
+    result.run = json.value("settings", Json::object());
+    for (const char* key : {"frames", "size"})
+      if (json.contains(key)) result.run[key] = json.at(key);
     result.made_with = json.at("made_with");
     result.platform = result.made_with.at("platform");
     result.parts = json.at("parts");
@@ -112,18 +115,26 @@ std::string sidecar_text(const Json& sidecar) {
   return text + "\n";
 }
 
-std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here) {
+std::string provenance_differences(const Sidecar& sidecar, const SuiteCase& entry, const MadeWith& here) {
   std::string text;
   if (!sidecar.is_there) return text;
-  const Json mine = to_json(here);
-  for (const char* key : {"renderer", "compiler", "processor"}) {
-    const auto here_value = mine.at(key).get<std::string>();
-    const std::string golden = sidecar.made_with.value(key, std::string());
+  const auto compare = [&](const std::string& key, const Json& golden, const Json& now) {
     // Skip equal values, and the renderer of a suite without pictures.
-    if (golden == here_value || here_value.empty()) continue;
-    text +=
-        fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, golden, here_value);
-  }
+    if (golden == now || now == "") return;
+    const auto shown = [](const Json& value) {
+      return value.is_string() ? value.get<std::string>() : value.dump();
+    };
+    text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, shown(golden),
+                        shown(now));
+  };
+  Json mine = run_settings(entry);
+  mine["frames"] = entry.frames;
+  mine["size"] = {entry.width, entry.height};
+  for (const auto& [key, golden] : sidecar.run.items())
+    if (mine.contains(key)) compare(key, golden, mine.at(key));
+  mine = to_json(here);
+  for (const char* key : {"renderer", "compiler", "processor"})
+    compare(key, sidecar.made_with.value(key, std::string()), mine.at(key));
   return text;
 }
 

@@ -29,6 +29,7 @@ struct Sidecar {
   Json parts;                 ///< scene_parts()
   std::string pose_log_hash;  ///< content hash of the approved pose log
   std::string track_hash;
+  Json run;  ///< settings, frames and size of pictures
   Json made_with;
   std::string platform;  ///< where the golden pictures were drawn
 
@@ -51,9 +52,9 @@ std::string sidecar_text(const Json& sidecar);
 
 Json to_json(const MadeWith& made_with);
 
-/// Returns "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all
-/// is equal.
-std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
+/// Returns "golden made with substeps 10, here 20; compiler GNU 12.2.0, here Clang 14.0.6": context of a
+/// failure; empty where all is equal.
+std::string provenance_differences(const Sidecar& sidecar, const SuiteCase& entry, const MadeWith& here);
 
 /// Returns digests of four hexadecimal digits, by kind of part: of the world, of camera and light, of each
 /// body in the order of Scene::bodies, and of each joint in the order of Scene::joints.

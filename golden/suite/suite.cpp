@@ -309,11 +309,15 @@ std::vector<fs::path> orphans(const Suite& suite) {
   std::vector<fs::path> result;
   for (const char* folder : {"poses", "images"}) {
     std::error_code none;
-    for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, none)) {
+    constexpr auto skip = fs::directory_options::skip_permission_denied;
+    for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, skip, none)) {
+      const bool is_folder = entry.is_directory(none);
+      // List a folder that cannot be read, since its files may be orphans.
+      if (is_folder) fs::directory_iterator(entry.path(), none);
+      if (is_folder && none) result.push_back(entry.path());
       // File managers create .DS_Store, Thumbs.db and the like.
       const std::string name = entry.path().filename().string();
-      if (entry.is_directory() || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini")
-        continue;
+      if (is_folder || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini") continue;
       if (claimed.count(entry.path().lexically_normal()) == 0) result.push_back(entry.path());
     }
   }

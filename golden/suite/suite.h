@@ -105,8 +105,8 @@ Suite read_suite(const std::filesystem::path& file);
 /// Without names returns all. Throws Error for an unknown name.
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names);
 
-/// Returns the files in poses/ and images/ that belong to no case, sorted, but for hidden files and those of
-/// file managers.
+/// Returns the files in poses/ and images/ that belong to no case, and folders there that cannot be read,
+/// sorted, but for hidden files and those of file managers.
 std::vector<std::filesystem::path> orphans(const Suite& suite);
 
 }  // namespace substep::golden

@@ -152,16 +152,21 @@ def two_checks_do_not_write_to_one_folder(folder):
 def interrupted_check_reports_once(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
     project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\nframes = 20000\nimages = [20000]')
+    case = '[[case]]\nscene = "../scenes/pendulum.gltf"\ncommand = ["sh", "-c", "exec sleep 30", "{poses}"]\n'
+    project.replace("golden/suite.toml", "[[case]]", case + "[[case]]", 1)
+    temporary = project.folder / "temporary"
+    temporary.mkdir()
     # A terminal sends the signal to all of its group, a job's end to one process.
     for number, interrupt in [(signal.SIGINT, os.killpg), (signal.SIGTERM, os.kill)] * 3:
         check = subprocess.Popen([SUBSTEP, "check"], cwd=project.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                 start_new_session=True, text=True)
-        while not pathlib.Path(f"/proc/{check.pid}/task/{check.pid}/children").read_text().split():
+                                 start_new_session=True, text=True, env=dict(os.environ, TMPDIR=temporary))
+        while not list(temporary.glob("*substep-run*")):
+            expect(check.poll() is None, "the check ended before its command ran")
             time.sleep(0.01)
-        time.sleep(0.1)
         interrupt(check.pid, number)
         check.wait()
-        project.shell("substep check --case pendulum", 0)  # the folder's lock is free at once
+        project.shell("substep check --case pendulum.a3", 0)  # the folder's lock is free at once
+        expect(not list(temporary.glob("*substep-run*")), "a folder of a command is left")
         message = check.communicate()[1]
         expect(message == "substep: interrupted: what was not finished is removed\n", message)
         expect(check.returncode == -number, check.returncode)
@@ -230,6 +235,18 @@ def printed_commands_repair_suite(folder):
     project.shell("substep check", 0)
     sidecar = json.loads((project.folder / "golden/images/bouncing_balls/a5.json").read_text())
     expect(sidecar["approved"]["reason"] == "they bounce less", sidecar["approved"])
+
+
+def written_suite_can_be_checked(folder):
+    project = Project(folder, ["pendulum"])
+    os.rename(project.folder / "scenes", project.folder / 'lvl "q" \\ x')
+    text = project.shell("substep init . --command 'sh run.sh {scene} {settings} {poses}'", 0)
+    expect("move .github" in text, text)
+    project.shell("substep check", 1)  # a suite that cannot be read would give 2
+    expect(project.results()["cases"][0]["verdict"] == "error", "there is no run.sh")
+    workflow = (project.folder / ".github/workflows/goldens.yml").read_text()
+    expect(workflow.count('setup: "true"') == 2, workflow)
+    expect((project.folder / "golden/.gitattributes").read_text() == "*.poses -text\n", "line ends are kept")
 
 
 def readme_pendulum_follows_printed_commands(folder):
@@ -332,7 +349,8 @@ pose_tolerance = { position = 0.002 }
 TESTS = [damaged_scene_does_not_hide_changed_one, damaged_goldens_are_errors_of_their_cases,
          timeout_and_crash_are_errors_of_one_case, two_checks_do_not_write_to_one_folder, interrupted_check_reports_once,
          folder_names_are_quoted, scene_without_pictures_needs_no_renderer, other_renderers_are_reported,
-         printed_commands_repair_suite, readme_pendulum_follows_printed_commands, table_is_compared_within_its_tolerance]
+         printed_commands_repair_suite, written_suite_can_be_checked,
+         readme_pendulum_follows_printed_commands, table_is_compared_within_its_tolerance]
 
 def main():
     """Runs the tests that are named after program and folder, else all, each in a folder of its own."""

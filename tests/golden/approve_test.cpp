@@ -176,6 +176,8 @@ TEST_F(ApproveTest, RenewalKeepsDateAndReason) {
 
 TEST_F(ApproveTest, RefusesDamagedResults) {
   suite_.run();
+  replace_in(suite_.options.output / "results.json", "\"ended\": true", "\"ended\": false");
+  EXPECT_THAT(refusal(), HasSubstr("out: the check did not end: 1 of 1 cases were checked"));
   write_text(suite_.options.output / "results.json", "{\"format\":");
   EXPECT_THAT(refusal(), HasSubstr("is damaged"));
   write_text(suite_.options.output / "results.json", "{\"format\": \"another\"}");

@@ -78,6 +78,7 @@ TEST_F(CheckTest, BlamesSimulationForAnotherSolution) {
   EXPECT_THAT(result_.text, HasSubstr("VERDICT: simulation changed (renderer unchanged)"));
   EXPECT_THAT(result_.text, HasSubstr("body " + result_.poses.motion.first.body));
   EXPECT_THAT(result_.text, HasSubstr("header: substeps"));
+  EXPECT_THAT(result_.text, testing::ContainsRegex("note     golden made with substeps [0-9]+, here 3"));
   EXPECT_TRUE(fs::exists(suite_.shown("f0020.new.png")));
 }
 
@@ -87,6 +88,7 @@ TEST_F(CheckTest, BlamesSimulationForMoreFrames) {
   expect(Verdict::simulation_changed);
   EXPECT_EQ(result_.poses.difference.first_frame, 21);
   EXPECT_THAT(result_.text, HasSubstr("golden has 21 frames, the run 31"));
+  EXPECT_THAT(result_.text, HasSubstr("golden made with frames 20, here 30"));
 }
 
 TEST_F(CheckTest, BlamesRendererForAnotherLight) {
@@ -116,7 +118,9 @@ TEST_F(CheckTest, BlamesBoth) {
 TEST_F(CheckTest, BlamesSceneForLightInItsFile) {
   suite_.make_goldens();
   suite_.change_light();
+  replace_in(suite_.scene(), "\"extensionsUsed\": [", "\"extensionsUsed\": [\"EXT_other\",");
   expect(Verdict::scene_changed);
+  EXPECT_THAT(result_.text, HasSubstr("the extension 'EXT_other' is ignored"));
   EXPECT_EQ(result_.cause, "pose, field of view, brightness or colour of light");
   EXPECT_TRUE(result_.poses.passes);
   EXPECT_FALSE(result_.images.at(0).passes);

@@ -34,7 +34,7 @@ TEST_F(ReportTest, IsSelfContained) {
   break_both();
   EXPECT_EQ(suite_.run().verdict, Verdict::scene_changed);
   const std::string html = page();
-  for (const char* const part : {"id=\"bouncing_balls.a3\"", "changed by the renderer",
+  for (const char* const part : {"id=\"bouncing_balls.a3\"", "golden picture, then golden poses drawn now",
                                  "changed by the simulation", "substep approve bouncing_balls.a3"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   // Every picture is in the page.
@@ -72,6 +72,7 @@ TEST_F(ReportTest, LinksPlayerOfChangedMotion) {
   const std::string player = read_text(suite_.shown("player.html"));
   EXPECT_THAT(player, HasSubstr("as it runs now"));
   EXPECT_THAT(player, HasSubstr("the golden run"));
+  EXPECT_THAT(player, testing::Not(HasSubstr("\"uncertainty\":[]")));
   // Another light alone has no player.
   replace_in(suite_.scene(), "\"restitution\":0.4", "\"restitution\":0.5");
   suite_.run();
@@ -159,6 +160,7 @@ TEST_F(ReportTest, JunitNamesTheFailingHalf) {
 
 TEST(Markup, Escapes) {
   EXPECT_EQ(render::escaped("a<b & \"c\"\x01"), "a&lt;b &amp; &quot;c&quot; ");
+  EXPECT_EQ(render::escaped("a\xff"), "a\xef\xbf\xbd");
 }
 
 }  // namespace

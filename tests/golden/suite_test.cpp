@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -243,6 +244,24 @@ TEST_F(SuiteTest, FindsOrphans) {
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0], folder_.path() / "images/one/a3.f0120.png");
   EXPECT_EQ(found[1], folder_.path() / "poses/gone/a1.poses");
+}
+
+TEST_F(SuiteTest, ListsUnreadableFolderAsOrphan) {
+  using std::filesystem::perms;
+  const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\n");
+  const std::filesystem::path locked = folder_.write("poses/locked/a3.poses", "").parent_path();
+  std::filesystem::permissions(folder_.path(), perms::all);
+  std::filesystem::permissions(locked, perms::none);
+  // Root reads every folder, so look as user `nobody`.
+  const bool is_root = ::geteuid() == 0;
+  if (is_root && ::seteuid(65534) != 0) GTEST_SKIP() << "root cannot become another user";
+  std::vector<std::filesystem::path> found;
+  EXPECT_NO_THROW(found = orphans(suite));
+  if (is_root) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
+  std::filesystem::permissions(locked, perms::owner_all);
+  EXPECT_EQ(found, std::vector{locked});
 }
 
 }  // namespace

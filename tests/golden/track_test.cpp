@@ -120,8 +120,9 @@ struct Fall {
   LoggedMotion motion() const { return {&log, &track}; }
 };
 
-MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTolerance* tolerance = nullptr) {
-  return compare_motion(golden.motion(), actual.motion(),
+MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTolerance* tolerance = nullptr,
+                          const Scene& scene = {}) {
+  return compare_motion(golden.motion(), actual.motion(), scene,
                         tolerance == nullptr ? std::nullopt : std::optional(*tolerance));
 }
 
@@ -189,6 +190,31 @@ TEST(MotionComparison, ComparesPosesUntilContactsDiffer) {
   expect_beyond(17, "rest", {1, 20, 0.001, 3});
 }
 
+TEST(MotionComparison, LimitsEnergyAlikeAtAnyHeight) {
+  const PoseTolerance tolerance;
+  Scene scene;
+  scene.gravity = {0, -10, 0};
+  scene.bodies.resize(3);
+  scene.bodies[1].inverse_mass = 1;
+  scene.bodies[1].inverse_inertia.setConstant(2.5);  // a box with a diagonal of 2.7 m has it
+  for (const double height : {-80, 0, 80}) {
+    Fall golden;
+    // The ball falls from 2 m above `height` to `height`.
+    for (std::size_t k = 0; k <= 20; ++k) {
+      golden.log.frames[k].poses[1].linear.y() += height;
+      golden.track.frames[k].poses = golden.log.frames[k].poses;
+      golden.track.frames[k].invariants.energy += 10 * height;
+    }
+    Fall actual = golden;
+    actual.log.frames[10].hash += 1000;
+    actual.track.frames[10].invariants.touching = 7;
+    actual.track.frames[15].invariants.energy -= 0.8;
+    EXPECT_EQ(compared(golden, actual, &tolerance, scene).judgement, PoseJudgement::within) << height;
+    actual.track.frames[15].invariants.energy -= 0.4;
+    EXPECT_EQ(compared(golden, actual, &tolerance, scene).limit_frame, 15) << height;
+  }
+}
+
 TEST(MotionComparison, RejectsAnotherEnd) {
   const PoseTolerance tolerance;
   Fall actual;
@@ -212,7 +238,7 @@ TEST(MotionComparison, UsesTracksBetweenStoredPoses) {
     if (k % 10 != 0) golden.log.frames[k].poses.clear();
   const MotionComparison with = compared(golden, actual);
   EXPECT_EQ(with.first.size_frame, 5);
-  const MotionComparison without = compare_motion({&golden.log, nullptr}, actual.motion(), {});
+  const MotionComparison without = compare_motion({&golden.log, nullptr}, actual.motion(), {}, {});
   EXPECT_EQ(without.first.frame, 5);
   EXPECT_TRUE(without.first.bodies.empty());
   EXPECT_EQ(without.first.body, "ball");
