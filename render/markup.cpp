@@ -4,13 +4,16 @@
 #include <array>
 #include <stdexcept>
 
+#include "sim/loading/json_value.h"
+
 namespace substep::render {
 
 std::string escaped(std::string_view text) {
   static constexpr std::array<std::pair<char, std::string_view>, 4> entities{
       {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}}};
+  const std::string bytes = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string result;
-  for (const char c : text) {
+  for (const char c : Json::parse(bytes).get<std::string>()) {
     const auto entity = std::ranges::find(entities, c, &std::pair<char, std::string_view>::first);
     const bool is_control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
     if (entity != entities.end()) {

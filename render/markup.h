@@ -9,7 +9,7 @@
 namespace substep::render {
 
 /// Escapes text for content and for attributes in double quotes. Control characters, which XML cannot have,
-/// become spaces.
+/// become spaces, and bytes that are not UTF-8 become U+FFFD.
 std::string escaped(std::string_view text);
 
 /// Returns `page` with each content in place of its name between {{ and }}. Throws std::logic_error where

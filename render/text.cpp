@@ -178,6 +178,18 @@ std::vector<std::string> wrapped(std::string_view text, const TextStyle& style, 
   return lines;
 }
 
+std::string cut(const std::string& text, const TextStyle& style, double width) {
+  if (text_width(text, style) <= width) return text;
+  std::string shorter = text;
+  while (!shorter.empty() && text_width(shorter + "…", style) > width) {
+    // Remove a character of several bytes as a whole
+    while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
+      shorter.pop_back();
+    if (!shorter.empty()) shorter.pop_back();
+  }
+  return shorter.empty() ? shorter : shorter + "…";
+}
+
 void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style) {
   const double reach = 1e6;
   if (!(std::abs(x) < reach && std::abs(y) < reach)) return;

@@ -22,6 +22,9 @@ double text_width(std::string_view text, const TextStyle& style);
 /// Breaks text at blanks into lines of at most a width, pixels; a longer word has a line of its own.
 std::vector<std::string> wrapped(std::string_view text, const TextStyle& style, double width);
 
+/// Cuts text to a width, pixels, with an ellipsis where it was longer. Returns "" where no letter fits.
+std::string cut(const std::string& text, const TextStyle& style, double width);
+
 /// Draws with the baseline's left end at (x, y), blended; clips at the image's border.
 void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style);
 

@@ -40,9 +40,10 @@ void export_run(const ExportOptions& options) {
     if (!log.frames[k].poses.empty()) frames.push_back(log.frames[k].poses);
   }
   const fs::path output = options.output.value_or(run.stem + ".glb");
-  write_file(output, animated_glb(run.scene, frames, log.settings.step * every));
-  fmt::print("wrote {}: {} frames, {:g} s apart\n", output.string(), frames.size(),
-             log.settings.step * every);
+  const double interval = log.settings.step * every;
+  write_file(output, animated_glb(run.scene, frames, interval));
+  fmt::print("wrote {}: {} frames, {:g} s apart, the last at {:g} s\n", output.string(), frames.size(),
+             interval, static_cast<double>(frames.size() - 1) * interval);
   if (log.end != "ok") fmt::print("the run ended \"{}\"\n", log.end);
 }
 
@@ -55,7 +56,7 @@ void add_export_command(CLI::App& app) {
   options->run.add_to(*command);
   command->add_option("--output", options->output, "The .glb file (SCENE.ALGORITHM.glb)");
   command->add_option("--rate", options->rate, "Poses in a second, as near as steps or full frames allow")
-      ->check(CLI::Range(0.1, 100000.0))
+      ->check(number_from(0.1, 100000))
       ->capture_default_str();
   command->footer(
       "The file holds bodies with what is drawn of them, the ground, the scene's camera and sun.\n"

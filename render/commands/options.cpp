@@ -78,6 +78,16 @@ std::optional<double> finite_number_in(std::string_view text) {
   return number;
 }
 
+CLI::Validator number_from(double low, double high) {
+  const std::string range = fmt::format("{:g} to {:g}", low, high);
+  const auto fault_in = [low, high, range](const std::string& text) {
+    const std::optional<double> number = finite_number_in(text);
+    const bool is_good = number && *number >= low && *number <= high;
+    return is_good ? "" : fmt::format("'{}': give a number from {}", text, range);
+  };
+  return {fault_in, range};
+}
+
 double print_width_in(const std::string& text) {
   if (text == "one-column") return 85;
   if (text == "two-columns") return 178;
@@ -100,10 +110,10 @@ void ComparisonOptions::add_settings_to(CLI::App& command) {
       ->capture_default_str();
   command.add_option("--end", end_, "Seconds into the run at which it ends (the duration)");
   command.add_option("--speed", speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
-      ->check(CLI::Range(1e-3, 1e3))
+      ->check(number_from(1e-3, 1e3))
       ->capture_default_str();
   command.add_option("--fps", frame_rate, "Frames in a second of film")
-      ->check(CLI::Range(1.0, 240.0))
+      ->check(number_from(1, 240))
       ->capture_default_str();
 }
 
@@ -163,9 +173,11 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   return settings;
 }
 
-void print_table(const Comparison& comparison) {
+void print_table(const Comparison& comparison, double end) {
   fmt::print("{}", to_text(table_of(comparison, true)));
   if (comparison.reference) fmt::print("{}\n", words_on_reference(comparison));
+  const double last = comparison.times.back();
+  if (last < end - 1e-6) fmt::print("the last frame is at {:g} s, before the end at {:g} s\n", last, end);
 }
 
 void warn_of(const Scene& scene, const Comparison& comparison) {

@@ -18,6 +18,9 @@ namespace substep::render {
 /// Returns nothing where the text is no finite number.
 std::optional<double> finite_number_in(std::string_view text);
 
+/// Returns a check that an option's number is finite and from `low` to `high`. CLI::Range lets NaN pass.
+CLI::Validator number_from(double low, double high);
+
 /// Returns the width, in mm, of "one-column", "two-columns" or a number of millimetres. Throws Error, which
 /// names --width.
 double print_width_in(const std::string& text);
@@ -51,8 +54,8 @@ struct ComparisonOptions {
   int threads_ = ComparisonSettings{}.threads;
 };
 
-/// Prints a row for each run, and the reference.
-void print_table(const Comparison& comparison);
+/// Prints a row for each run, the reference and, where no frame is at `end`, s, the time of the last one.
+void print_table(const Comparison& comparison, double end = 0);
 
 /// Prints a line on stderr for each violation of each run.
 void warn_of(const Scene& scene, const Comparison& comparison);

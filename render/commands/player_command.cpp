@@ -54,7 +54,7 @@ void make_page(PlayerOptions& options) {
   }
   const std::string page = player_page(scene, comparison, film_title(scene, typed.title), typed.speed);
   write_file(output, page);
-  print_table(comparison);
+  print_table(comparison, settings.duration);
   warn_of(scene, comparison);
   fmt::print("wrote {}: {:.2g} MB\n", output.string(), static_cast<double>(page.size()) / 1e6);
 }

@@ -201,10 +201,10 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
                      "Width of the whole figure in print: one-column (85 mm), two-columns (178 mm) or a "
                      "number of mm; --size then gives only the pictures' shape");
   command.add_option("--dpi", options.dpi, "Pixels in an inch of print")
-      ->check(CLI::Range(50.0, 2400.0))
+      ->check(number_from(50, 2400))
       ->capture_default_str();
   command.add_option("--text", options.text, "Text's size in print, points")
-      ->check(CLI::Range(4.0, 24.0))
+      ->check(number_from(4, 24))
       ->needs("--width")
       ->capture_default_str();
   for (CLI::Option* const option : command.get_options())

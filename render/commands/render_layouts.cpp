@@ -90,7 +90,7 @@ void draw_sheet(const RenderOptions& options) {
     const int x = gap + i % columns * (size.width + gap);
     const int y = gap + i / columns * (size.height + label_height);
     paste(sheet, picture_of(scene, options.run.solver, render), x, y);
-    draw_text(sheet, x + 1, y + size.height + 14, film_title(scene, ""), label);
+    draw_text(sheet, x + 1, y + size.height + 14, cut(film_title(scene, ""), label, size.width - 2), label);
     progress.show("drawing", static_cast<double>(i + 1) / count);
   }
   write_png(sheet, output);

@@ -107,7 +107,7 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
       "--width", options.width,
       "one-column (85 mm), two-columns (178 mm) or mm: a layout for print (default: as on the page)");
   command.add_option("--text", options.style.text, "Its text's size, points")
-      ->check(CLI::Range(5.0, 14.0))
+      ->check(number_from(5, 14))
       ->capture_default_str();
   command.add_option("--font", options.style.font, "Its text's font, which has to be installed")
       ->capture_default_str();
@@ -122,7 +122,7 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
   command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions");
   command.add_flag("--transparent", options.style.transparent, "No white ground");
   command.add_option("--dpi", options.style.dpi, "Pixels in an inch of a .png")
-      ->check(CLI::Range(50.0, 2400.0))
+      ->check(number_from(50, 2400))
       ->capture_default_str();
 }
 
@@ -219,9 +219,8 @@ void report(const ReportOptions& options) {
     progress.show("sweep", 0);
     run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
               [&](double share) { progress.show("sweep", share); });
-    merge_sweep(sweep, results);
     report::FigureSource source;
-    source.records = read_records(results);
+    source.records = merge_sweep(sweep, results);
     progress.clear();
     if (cost) return print(report::equal_cost_of_descendants(source.records, *cost));
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -40,10 +39,8 @@ void make(VideoOptions& options) {
   video.camera = camera_named(options.camera, scene);
   video.overlays = overlays_named(options.overlays);
   if (!options.strips.empty()) video.strips = strips_named(options.strips);
-  // CLI11's range check lets NaN pass.
-  if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
-  if (video.poster_time && !std::isfinite(*video.poster_time))
-    throw Error("--poster-time {}: give seconds", *video.poster_time);
+  if (video.poster_time && *video.poster_time > video.comparison.duration)
+    throw Error("--poster-time {:g}: the film ends at {:g} s", *video.poster_time, video.comparison.duration);
   const ImageSize size = image_size_in(options.size);
   video.width = size.width;
   video.height = size.height;
@@ -68,7 +65,7 @@ void make(VideoOptions& options) {
     video.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
     report = make_video(scene, video);
   }
-  print_table(report.comparison);
+  print_table(report.comparison, video.comparison.duration);
   warn_of(scene, report.comparison);
   fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
              report.cpu.drawing, report.cpu.encoding);
@@ -84,16 +81,18 @@ void add_picture_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--overlay", options.overlays,
                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
-                  "ghost (the reference's outline), contacts (and their impulses), and bodies in the colour "
+                  "ghost (the reference's outline), contacts (and their impulses, of A1 to A5), and bodies "
+                  "in the colour "
                   "of error, penetration or velocity")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
-      .add_option("--strip", options.strips,
-                  "Comma-separated, below each picture: error (from the reference), expected (what the scene "
-                  "expects), gap (the largest joint gap), depth (the deepest penetration), energy (since "
-                  "the start). Default: error where the reference holds for half of the film, else the "
-                  "first of the others, in this order, that the scene has")
+      .add_option(
+          "--strip", options.strips,
+          "Comma-separated, below each picture: error (from the reference), expected (what the scene "
+          "expects), gap (the largest joint gap), depth (the deepest penetration), energy (since "
+          "the start, but of no pose log). Default: error where the reference holds for half of the film, "
+          "else the first of the others, in this order, that the scene has; none with --no-reference")
       ->delimiter(',')
       ->allow_extra_args(false);
   command.add_flag(
@@ -125,11 +124,11 @@ void add_video_command(CLI::App& app) {
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
   command
       ->add_option("--poster-time", video.poster_time, "Which one, in seconds (default: well into the film)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from(0, 3600))
       ->needs("--poster");
   command->add_option("--loop", video.loop, "Also write a small loop as a GIF file, below 2 MB");
   command->add_option("--hold", video.hold, "Seconds for which the last frame stays")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(number_from(0, 60))
       ->capture_default_str();
   command->footer(
       "A panel is an algorithm or engine, then settings that differ from the options above, as --set takes "

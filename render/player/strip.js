@@ -65,12 +65,14 @@ class Strip {
     return value >= uncertainty ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
-  /** Returns the text of a value on the strip's axis; films shorten values of 1000 and more otherwise. */
+  /** Returns the text of a value on the strip's axis. */
   axisLabel(value) {
     const {logarithmic, unit} = this.kind;
     if (logarithmic) return lengthLabel(value);
     if (unit === 'J') return energyLabel(value);
-    return `${value < 0 ? '−' : ''}${+Math.abs(value).toPrecision(3)} ${unit}`;
+    const size = Math.abs(value);
+    if (!(size < 1e6)) return `${value > 0 ? '> ' : '< −'}10⁶ ${unit}`;
+    return `${value < 0 ? '−' : ''}${size < 999.5 ? +size.toPrecision(3) : size.toFixed(0)} ${unit}`;
   }
 
   /** Fits the canvas to its size on the page. */
@@ -131,7 +133,7 @@ class Strip {
     for (const [value, name, isNamed] of lines) {
       const y = Math.round(this.y(value)) + 0.5;
       drawLine(c, [[plot.x, y], [plot.x + plot.width, y]], STRIP.grid, 1);
-      if (plot.x > 20 && isNamed) write(c, name, plot.x - 5, y, '11px', STRIP.quiet, 'right');
+      if (plot.x > 20 && isNamed) write(c, name, plot.x - 5, y, '11px', STRIP.quiet, 'right', plot.x - 7);
     }
   }
 

@@ -14,6 +14,7 @@
 
 #include "render/report/report_tables.h"
 #include "sim/measure/validity_maps.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {
@@ -83,13 +84,13 @@ bool is_judged(const SweepRecord& record) {
 
 TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
   TextTable table{{"scene"}, {}};
-  const auto title = [&](const SweepRecord& record) {
+  const auto title = [](const SweepRecord& record) {
     const Settings& s = record.settings;
     std::string text(title_of(s.algorithm));
-    if (s.algorithm >= Algorithm::a3 && !contacts) text += fmt::format(" {}", name(s.joints));
-    if (s.algorithm >= Algorithm::a2) text += fmt::format(" m={}", s.iterations);
-    if (s.algorithm >= Algorithm::a3 && tau_text(s) != "1") text += fmt::format(" τ={}", tau_text(s));
-    if (s.algorithm >= Algorithm::a3 && kappa_text(s) != "1") text += fmt::format(" κ={}", kappa_text(s));
+    const std::string_view searched = s.algorithm == Algorithm::avbd ? "iterations" : "substeps";
+    for (const SettingsPart& part : parts_of(s)) {
+      if (part.field->name != searched && part.field->name != "step") text += " " + part.text;
+    }
     return text;
   };
   std::map<std::string, std::map<std::string, std::string>> cells;

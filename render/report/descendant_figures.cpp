@@ -77,8 +77,9 @@ double price_of(const SweepRecord& record, Cost cost) {
   return record.times ? 1000 * record.times->median / record.duration : NAN;
 }
 
-/// Returns whether a sweep ran algorithms or options that Nohra's report lacks.
-bool has_descendants(const std::vector<SweepRecord>& records) {
+/// Returns whether a sweep ran algorithms or options that Nohra's report lacks, and measured the cost.
+bool has_descendants(const std::vector<SweepRecord>& records, Cost cost) {
+  if (cost == Cost::time && !has_times(records)) return false;
   return std::ranges::any_of(records, [](const SweepRecord& record) {
     return !is_of_report(record.settings.algorithm) || record.settings.warm_start > 0;
   });
@@ -133,7 +134,7 @@ void add_merit_panels(Sheet& sheet, const FigureSource& source, const Axis& x, s
 Sheet descendants_sheet(const FigureSource& source, Cost cost) {
   Sheet sheet{.title = fmt::format("The report's algorithms and what came after them, by {}",
                                    cost == Cost::rows ? "row solves" : "CPU time")};
-  if (!has_descendants(source.records)) return sheet;
+  if (!has_descendants(source.records, cost)) return sheet;
   const char* const x =
       cost == Cost::rows ? "row solves in a simulated second" : "CPU time of a simulated second, ms";
   add_merit_panels(sheet, source, {x, true}, 3, [&](const std::vector<SweepRecord>& records) {
@@ -264,7 +265,7 @@ Sheet soft_rows_sheet(const FigureSource&) {
 
 std::vector<TextTable> equal_cost_of_descendants(const std::vector<SweepRecord>& records, Cost cost) {
   std::vector<TextTable> tables;
-  if (!has_descendants(records)) return tables;
+  if (!has_descendants(records, cost)) return tables;
   const std::vector<Contender> all = contenders();
   const std::string about = cost == Cost::rows ? "" : "~";
   const double slack = cost == Cost::rows ? 1.05 : 1.1;

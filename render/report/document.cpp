@@ -64,7 +64,8 @@ std::string to_markdown(const Document& document) {
     } else if (block.kind == Kind::table) {
       text += to_markdown(block.table);
     } else {
-      text += fmt::format("![{}]({})\n", block.text, block.file);
+      // Angle brackets allow spaces
+      text += fmt::format("![{}](<{}>)\n", block.text, block.file);
     }
   }
   return text;

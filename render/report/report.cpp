@@ -78,6 +78,7 @@ class Report {
     if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
+    if (!equal_rows_.table.rows.empty()) conditions_.insert("equal rows");
     if (has_times(records_)) conditions_.insert("times");
     if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
@@ -136,13 +137,13 @@ class Report {
   }
 
   std::string filled(const std::string& paragraph) const {
+    const std::vector<std::string>& won = equal_rows_.won_on;
     const std::vector<std::string>& lost = equal_rows_.not_won_on;
     return fmt::format(
         fmt::runtime(paragraph), fmt::arg("runs", records_.size()),
         fmt::arg("scenes", scenes_of(records_).size()), fmt::arg("orders", order_ranges(orders_)),
-        fmt::arg("won", equal_rows_.won_on.size()),
-        fmt::arg("compared", equal_rows_.won_on.size() + lost.size()),
-        fmt::arg("won_scenes", fmt::join(equal_rows_.won_on, ", ")),
+        fmt::arg("won", won.size()), fmt::arg("compared", won.size() + lost.size()),
+        fmt::arg("won_scenes", won.empty() ? "" : fmt::format(": {}", fmt::join(won, ", "))),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
         fmt::arg("equal_cost", equal_cost_factor));
   }

@@ -97,7 +97,7 @@ TextTable choice_table(const std::vector<SweepRecord>& own) {
     const auto run = cheapest(own, tolerance);
     table.rows.push_back({fmt::format("{:g} %", 100 * tolerance),
                           run ? spoken(*run, has_joints(own)) : "none of those measured",
-                          run ? price(*run) : "", run ? percent(error_or_gap_of(*run)) : ""});
+                          run ? price(*run) : "", run ? error_text(*run) : ""});
   }
   return table;
 }
@@ -119,18 +119,17 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
 EqualRows equal_rows(const std::vector<SweepRecord>& records) {
   EqualRows result;
   for (const std::string& scene : scenes_of(records)) {
-    std::map<int, std::array<double, 2>> errors;
-    std::map<int, int> found;
-    for (const SweepRecord& record : equal_row_runs(records, scene)) {
-      const bool is_a3 = record.settings.algorithm == Algorithm::a3;
-      const int n = is_a3 ? record.settings.substeps : record.settings.iterations;
-      errors[n].at(is_a3 ? 0 : 1) = error_of(record);
-      ++found[n];
+    std::map<int, std::vector<double>> errors;  // of A3 and of A2
+    const std::vector<EqualRowRun> runs = equal_row_runs(records, scene);
+    for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a2}) {
+      for (const EqualRowRun& run : runs) {
+        if (run.record.settings.algorithm == algorithm) errors[run.n].push_back(error_of(run.record));
+      }
     }
     bool holds = true;
     bool has_any = false;
     for (const auto& [n, pair] : errors) {
-      if (n == 1 || found[n] != 2) continue;
+      if (n == 1 || pair.size() != 2) continue;
       has_any = true;
       holds = holds && pair[0] < pair[1];
       const bool both = std::isfinite(pair[0]) && std::isfinite(pair[1]);
@@ -174,7 +173,7 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
         continue;
       }
       const std::string text =
-          fmt::format("{}, {}", percent(error_or_gap_of(*best[i])), settings_text(*best[i], has_joints(own)));
+          fmt::format("{}, {}", error_text(*best[i]), settings_text(*best[i], has_joints(own)));
       // Mark all errors within 5 % of the best
       row.push_back(error_or_gap_of(*best[i]) <= 1.05 * error_or_gap_of(*winner) ? fmt::format("**{}**", text)
                                                                                  : text);
@@ -190,7 +189,7 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
                   {}};
   for (const SweepRecord& run : runs) {
     const Metrics& x = *run.metrics;
-    table.rows.push_back({run.label, (exceeds_uncertainty(run) ? "" : "≈") + percent(error_or_gap_of(run)),
+    table.rows.push_back({run.label, (exceeds_uncertainty(run) ? "" : "≈") + error_text(run),
                           short_number(x.joint_gap), short_number(x.penetration),
                           short_number(x.energy_change), short_number(row_rate(run)), milliseconds(run)});
   }

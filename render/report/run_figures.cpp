@@ -57,7 +57,7 @@ Sheet drift_sheet(const FigureSource& source) {
        {History{"rod_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
         History{"rod_chain", "energy", "E − E(0), J", false, &HistoryPoint::energy_change},
         History{"heavy_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
-        History{"stone_pyramid", "contacts", "deepest overlap, m", true, &HistoryPoint::penetration}}) {
+        History{"top_heavy_stack", "contacts", "deepest overlap, m", true, &HistoryPoint::penetration}}) {
     const Scene scene = source.scene(shown.scene);
     Panel& panel = sheet.panels.emplace_back();
     panel.title = fmt::format("{}: {}", shown.scene, shown.about);

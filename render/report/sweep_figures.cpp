@@ -367,18 +367,18 @@ Sheet equal_rows_sheet(const FigureSource& source) {
   for (const std::string& scene : scenes_of(source.records)) {
     Series substeps{"A3: n sub-steps, one iteration each", {2, 7}};
     Series iterations{"A2: one step, n iterations", {1, 5, true}};
-    for (const SweepRecord& record : equal_row_runs(source.records, scene)) {
-      const bool is_a3 = record.settings.algorithm == Algorithm::a3;
+    double most = 64;
+    for (const EqualRowRun& run : equal_row_runs(source.records, scene)) {
+      const bool is_a3 = run.record.settings.algorithm == Algorithm::a3;
       Series& series = is_a3 ? substeps : iterations;
-      series.points.push_back(
-          {static_cast<double>(is_a3 ? record.settings.substeps : record.settings.iterations),
-           error_of(record)});
+      series.points.push_back({static_cast<double>(run.n), error_of(run.record)});
+      most = std::max(most, series.points.back()[0]);
     }
     if (substeps.points.size() < 2 || iterations.points.size() < 2) continue;
     std::ranges::sort(substeps.points);
     std::ranges::sort(iterations.points);
     sheet.panels.push_back({.title = scene,
-                            .x = {"n", true, std::array{0.8, 80.0}, "(1, 4, 16, 64)"},
+                            .x = {"n", true, std::array{0.8, 1.25 * most}, "(1, 4, 16, 64, 256)"},
                             .y = {"RMS error / size", true},
                             .series = {std::move(substeps), std::move(iterations)}});
   }

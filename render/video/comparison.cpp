@@ -22,7 +22,7 @@ void check(const ComparisonSettings& settings) {
     throw Error("duration {} s: a video can have from 0 to 3600", settings.duration);
   if (!(settings.start >= 0 && settings.start <= settings.duration))
     throw Error("start {} s: must be from 0 to the duration, {} s", settings.start, settings.duration);
-  if ((settings.duration - settings.start) / settings.frame_interval > 200000)
+  if (!((settings.duration - settings.start) / settings.frame_interval <= 200000))
     throw Error("the film has more than 200000 frames: shorten it with --duration, or show it less slowly");
   if (!(settings.reference_substeps >= 2 && settings.reference_substeps <= 10000))
     throw Error("reference sub-steps {}: must be from 2 to 10000", settings.reference_substeps);
@@ -70,6 +70,7 @@ struct ComparisonContext {
   const Scene& scene;
   const ComparisonSettings& settings;
   const std::function<void(double)>& progress;
+  QuantityChoice readings{};  ///< while the runs are simulated
   std::vector<PoseLog> logs{};
   std::vector<FrameClock> clocks{};  ///< the reference's, then the runs'
   Tally tally{};
@@ -146,19 +147,18 @@ void simulate_all(ComparisonContext& work, std::vector<Run>& runs) {
     const FrameClock& own = work.clocks[i + 1];
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
-      take_frames(work.logs[i], own, run);
+      take_frames(work.scene, work.logs[i], own, work.readings, run);
       continue;
     }
     if (run.panel.kind == PanelChoice::Kind::engine) {
       std::shared_ptr<Stepper> stepper = engine_stepper(work.scene, settings.duration, run);
       if (!stepper) continue;
       jobs.emplace_back([&work, &own, &run, stepper] {
-        simulate_engine(work.scene, own, work.settings.readings, *stepper, run, work.tally);
+        simulate_engine(work.scene, own, work.readings, *stepper, run, work.tally);
       });
     } else {
-      jobs.emplace_back([&work, &own, &run] {
-        simulate_algorithm(work.scene, own, work.settings.readings, run, work.tally);
-      });
+      jobs.emplace_back(
+          [&work, &own, &run] { simulate_algorithm(work.scene, own, work.readings, run, work.tally); });
     }
     work.total += own.steps.back();
   }
@@ -194,7 +194,9 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  ComparisonContext work{scene, settings, progress};
+  ComparisonContext work{scene, settings, progress, settings.readings};
+  // Read the expected quantity at every step: it can become the strip's, which is chosen after the runs
+  if (!work.readings.expected) work.readings.expected = expectation_of_poses(scene);
   comparison.runs = runs_of(scene, settings, work.logs);
   comparison.times = frame_times(settings);
   std::vector<double> steps{settings.step};
@@ -218,6 +220,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
     if (run.is_reference() || !run.refusal.empty()) continue;
     jobs.emplace_back([&, own = &work.clocks[i + 1], to = &run] {
       if (comparison.reference) measure_from(scene, *comparison.reference, *to);
+      if (!readings.expected) to->readings.expected.clear();
       read_poses(scene, readings, *to);
       spread(*own, settings.frame_interval, readings, *to);
     });

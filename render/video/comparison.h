@@ -48,7 +48,7 @@ struct ComparisonSettings {
 /// The quantities of a QuantityChoice, by film frame that has poses.
 struct FrameQuantities {
   std::vector<double> gaps;      ///< largest gap of a joint, see JointGapMeter, m
-  std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
+  std::vector<double> energies;  ///< kinetic and potential, since the run's start, J; not of pose logs
   std::vector<double> deepest;   ///< deepest penetration of a body, m
   std::vector<double> expected;  ///< the quantity of QuantityChoice::expected, in its unit
   std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s

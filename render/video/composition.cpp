@@ -13,19 +13,6 @@ using namespace film_colors;
 
 namespace {
 
-/// Cuts text to a width, with an ellipsis where it was longer.
-std::string cut(const std::string& text, const TextStyle& style, double width) {
-  if (text_width(text, style) <= width) return text;
-  std::string shorter = text;
-  while (!shorter.empty() && text_width(shorter + "…", style) > width) {
-    // Remove a character of several bytes as a whole
-    while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
-      shorter.pop_back();
-    if (!shorter.empty()) shorter.pop_back();
-  }
-  return shorter + "…";
-}
-
 /// Makes text smaller by steps of `factor`, down to `least`, until it fits.
 template <typename Fits>
 void shrink(double& size, double factor, double least, const Fits& fits) {
@@ -79,11 +66,12 @@ Composition::Composition(const Comparison& comparison, const std::string& title,
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       painter_{comparison, scale_},
       legend_style_{.size = painter_.text_size(17), .color = quiet},
+      count_style_{.size = painter_.text_size(15), .color = quiet},
+      key_style_{.size = painter_.text_size(15)},
       strips_(strips) {
   check_film_size(width, height);
   if (strips_.empty() && comparison.strip) strips_.push_back(*comparison.strip);
-  if (!comparison.reference) std::erase(strips_, Strip::error);
-  if (!key.empty()) key_height_ = scaled(26, 14);
+  if (!key.empty()) lay_out_key(key);
   lay_out();
   background_ = Image(width_, height_);
   fill_rectangle(background_, 0, 0, width_, height_, ground);
@@ -95,7 +83,7 @@ Composition::Composition(const Comparison& comparison, const std::string& title,
     for (const StripBox& strip : boxes)
       painter_.draw_ground(background_, strip, run, &strip == &boxes.front());
   }
-  if (!key.empty()) draw_key(key);
+  draw_key();
 }
 
 /// Returns a length in pixels of this film.
@@ -165,12 +153,42 @@ void Composition::lay_out_strips(Panel& panel, int y, int height) const {
   }
 }
 
+/// Splits the key into lines, with text that fits in one line or is as small as can be read.
+void Composition::lay_out_key(const std::vector<KeyEntry>& key) {
+  const double width = width_ - 2 * scaled(12, 4);
+  const auto width_of = [&](auto entry, const auto end) {
+    double sum = 0;
+    for (; entry != end; ++entry) sum += text_width(entry->first, key_style_);
+    return sum;
+  };
+  shrink(key_style_.size, 0.97, 9, [&] { return width_of(key.begin(), key.end()) <= width; });
+  double room = 0;
+  for (auto begin = key.begin(); begin != key.end();) {
+    // Keep an item's entries on one line: its last one ends in two spaces
+    const auto ends = [](const KeyEntry& entry) { return entry.first.ends_with("  "); };
+    const auto last = std::find_if(begin, key.end(), ends);
+    const auto end = last == key.end() ? last : last + 1;
+    const double wide = width_of(begin, end);
+    if (key_.empty() || wide > room) {
+      key_.emplace_back();
+      room = width;
+    }
+    key_.back().insert(key_.back().end(), begin, end);
+    room -= wide;
+    begin = end;
+  }
+  const double more = 1.3 * key_style_.size * static_cast<double>(key_.size() - 1);
+  key_height_ = scaled(26, 14) + static_cast<int>(more);
+}
+
 void Composition::draw_title(const std::string& title) {
   TextStyle bold{.size = painter_.text_size(24), .color = bright, .bold = true};
   const TextStyle clock{.size = painter_.text_size(22), .bold = true};
-  const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
+  double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
+  if (has_count()) room -= text_width(count_text(comparison_.times.size() - 1), count_style_) + 16 * scale_;
   shrink(bold.size, 0.95, 8, [&] { return text_width(title, bold) <= room; });
-  draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
+  draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), cut(title, bold, room),
+            bold);
   double middle = title_.y + title_.height + 0.5 * legend_style_.size;
   for (const std::string& line : legend()) {
     draw_text(background_, title_.x, baseline(middle, 0, legend_style_.size), line, legend_style_);
@@ -210,35 +228,36 @@ void Composition::draw_header(std::size_t run, double factor) {
             cut(titles_.words[run], plain, box.x + box.width - x), plain);
 }
 
-/// Draws the key in one line, as large as fits.
-void Composition::draw_key(const std::vector<KeyEntry>& key) {
-  TextStyle style{.size = painter_.text_size(15)};
-  shrink(style.size, 0.97, 6, [&] {
-    double width = 0;
-    for (const auto& [text, color] : key) width += text_width(text, style);
-    return width <= title_.width;
-  });
-  double x = title_.x;
-  for (const auto& [text, color] : key) {
-    style.color = color;
-    draw_text(background_, x, baseline(height_ - key_height_, key_height_, style.size) - 2 * scale_, text,
-              style);
-    x += text_width(text, style);
+void Composition::draw_key() {
+  TextStyle style = key_style_;
+  double y = baseline(height_ - key_height_, scaled(26, 14), style.size) - 2 * scale_;
+  for (const std::vector<KeyEntry>& line : key_) {
+    double x = title_.x;
+    for (const auto& [text, color] : line) {
+      style.color = color;
+      draw_text(background_, x, y, text, style);
+      x += text_width(text, style);
+    }
+    y += 1.3 * style.size;
   }
+}
+
+/// Returns the number of film frame k, which stands beside the clock.
+std::string Composition::count_text(std::size_t k) const {
+  return fmt::format("frame {}/{}", k, comparison_.times.size() - 1);
 }
 
 void Composition::draw_clock(Image& image, std::size_t k) const {
   const TextStyle bold{.size = painter_.text_size(22), .color = bright, .bold = true};
-  const TextStyle small{.size = painter_.text_size(15), .color = quiet};
   const std::string time = fmt::format("{:.2f} s", comparison_.times[k]);
-  const std::string count = fmt::format("frame {}/{}", k, comparison_.times.size() - 1);
+  const std::string count = count_text(k);
   const double right = title_.x + title_.width;
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
-  if (width_ < 900 * scale_) return;
+  if (!has_count()) return;
   // Place the count by the longest time of the film, so that it stands still
   const double column = text_width(fmt::format("{:.2f} s", comparison_.times.back()), bold) + 16 * scale_;
-  draw_text(image, right - column - text_width(count, small), base, count, small);
+  draw_text(image, right - column - text_width(count, count_style_), base, count, count_style_);
 }
 
 /// Draws a notice over a run's whole picture, or at its bottom.

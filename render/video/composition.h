@@ -31,8 +31,7 @@ void check_film_size(int width, int height);
 class Composition {
  public:
   /// Lays out panels for a frame of this size and draws the parts that do not change. `key` stands below the
-  /// panels. Without a reference there is no strip of errors. Throws Error when the size cannot be used, or
-  /// leaves no room for the pictures.
+  /// panels. Throws Error when the size cannot be used, or leaves no room for the pictures.
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
               const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {});
 
@@ -52,10 +51,14 @@ class Composition {
   std::vector<std::string> legend() const;
   void lay_out();
   void lay_out_strips(Panel& panel, int y, int height) const;
+  void lay_out_key(const std::vector<KeyEntry>& key);
   void draw_title(const std::string& title);
   double header_factor() const;
   void draw_header(std::size_t run, double factor);
-  void draw_key(const std::vector<KeyEntry>& key);
+  void draw_key();
+  /// Returns whether the frame's number has room beside the clock.
+  bool has_count() const { return width_ >= 900 * scale_; }
+  std::string count_text(std::size_t k) const;
   void draw_clock(Image& image, std::size_t k) const;
   void draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const;
   void draw_end(Image& image, std::size_t run, std::size_t k) const;
@@ -67,6 +70,9 @@ class Composition {
   double scale_;  ///< 1 at 720 lines
   StripPainter painter_;
   TextStyle legend_style_;
+  TextStyle count_style_;
+  TextStyle key_style_;                     ///< of the key, in any colour
+  std::vector<std::vector<KeyEntry>> key_;  ///< its lines
   int key_height_ = 0;
   double axis_width_ = 0;      ///< of the longest name beside a strip, pixels
   std::vector<Strip> strips_;  ///< of each panel, from the top

@@ -57,11 +57,13 @@ class PanelPainter {
     if (drawn_ != shown_frames_[k]) drawn_picture_ = renderer_->draw(poses);
     drawn_ = shown_frames_[k];
     const std::optional<Divergence>& divergence = film_.divergences[index_];
-    const bool is_ringed = divergence && k >= divergence->frame && k < divergence->frame + film_.second();
+    const bool is_ringed = divergence && k >= divergence->frame && k < run().errors.size() &&
+                           k < divergence->frame + film_.second();
     if ((!settings.overlays.any() && !is_ringed) || run().is_reference()) return drawn_picture_;
     OverlayFrame frame{film_.scene, renderer_->view(), run(), film_.scales};
     frame.k = k;
-    frame.trail = film_.second();
+    const double in_second = 1 / film_.settings.comparison.frame_interval;
+    frame.trail = static_cast<std::size_t>(std::max(1L, std::lround(in_second)));
     Image bodies;
     Image reference_bodies;
     if (settings.overlays.tint != Overlays::Tint::none) {
@@ -77,7 +79,7 @@ class PanelPainter {
     }
     Image picture = drawn_picture_;
     draw_overlays(picture, settings.overlays, frame);
-    if (is_ringed) draw_divergence(picture, *divergence, frame);
+    if (is_ringed) draw_divergence(picture, divergence->body, frame);
     return picture;
   }
 
@@ -89,7 +91,8 @@ class PanelPainter {
     const auto body = static_cast<std::size_t>(camera.follows);
     const std::vector<std::vector<Coordinates>>& poses = run().poses;
     Vector3 way = Vector3::Zero();
-    if (!poses.empty()) way = poses[std::min(k, poses.size() - 1)][body].linear - poses.front()[body].linear;
+    if (!poses.empty())
+      way = poses[std::min(k, poses.size() - 1)][body].linear - film_.scene.bodies[body].pose.position;
     const double seconds = static_cast<double>(k) / film_.settings.frame_rate;
     return moved(still_, camera, way, seconds, middle_of(film_.scene));
   }

@@ -249,9 +249,10 @@ void draw_overlays(Image& picture, const Overlays& overlays, const OverlayFrame&
   if (overlays.contacts) draw_contacts(picture, frame);
 }
 
-void draw_divergence(Image& picture, const Divergence& divergence, const OverlayFrame& frame) {
-  const auto index = static_cast<std::size_t>(divergence.body);
-  const Vector3& position = at_frame(frame.run.poses, frame.k)[index].linear;
+void draw_divergence(Image& picture, int diverged, const OverlayFrame& frame) {
+  const auto index = static_cast<std::size_t>(diverged);
+  const Coordinates& pose = at_frame(frame.run.poses, frame.k)[index];
+  const Vector3& position = pose.linear;
   // Draw a ring of the body's apparent size, by its moments of inertia
   const Body& body = frame.scene.bodies[index];
   const double inertia = body.inverse_inertia.minCoeff() > 0 ? 1 / body.inverse_inertia.minCoeff() : 0;
@@ -274,7 +275,8 @@ void draw_divergence(Image& picture, const Divergence& divergence, const Overlay
   }
   // Write the distance below the ring, or above where there is no room
   TextStyle style{.size = std::max(11.0, picture.height / 18.0), .color = white, .bold = true};
-  const std::string text = fmt::format("{} off", length_label(divergence.distance));
+  const double distance = std::sqrt(squared_distance(body, pose, frame.reference->poses[frame.k][index]));
+  const std::string text = fmt::format("{} off", length_label(distance));
   while (style.size > 8 && text_width(text, style) > picture.width - 12) style.size *= 0.95;
   const double wide = text_width(text, style);
   const double left = std::clamp(x - wide / 2, 4.0, std::max(4.0, picture.width - wide - 4));

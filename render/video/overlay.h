@@ -28,7 +28,7 @@ inline constexpr Color idle_color{190, 200, 212};  ///< of contacts without an i
 Color ramp_at(double fraction);
 
 struct Overlays {
-  bool trails = false;    ///< the path of each body's centre in the last second of film
+  bool trails = false;    ///< the path of each body's centre in the scene's last second
   bool joints = false;    ///< the anchors that each joint holds together, and their gap
   bool ghost = false;     ///< the outline of the bodies in the reference
   bool contacts = false;  ///< contact points, and the impulses there as arrows
@@ -68,8 +68,8 @@ struct OverlayFrame {
 
 void draw_overlays(Image& picture, const Overlays& overlays, const OverlayFrame& frame);
 
-/// Draws a ring round the body that has diverged from the reference, and its distance.
-void draw_divergence(Image& picture, const Divergence& divergence, const OverlayFrame& frame);
+/// Draws a ring round a body that has diverged from the frame's reference, and its distance.
+void draw_divergence(Image& picture, int diverged, const OverlayFrame& frame);
 
 /// Returns a point's position in a picture of this size, pixels from the top left corner; nothing where the
 /// point is behind the eye or far outside of the picture.

@@ -48,9 +48,7 @@ std::string engine_named(const std::string& text) {
   };
   const auto found = std::ranges::find_if(engines(), begins);
   if (found != engines().end()) return found->name;
-  std::string known;
-  for (const Engine& engine : engines()) known += ", " + engine.name;
-  throw Error("'{}': give a1 to a5, soft, avbd, reference, log:FILE{}", text, known);
+  throw Error("'{}': give a1 to a5, soft, avbd, reference, log:FILE, {}", text, engine_names());
 }
 
 PanelChoice panel_of(const TypedPanel& typed, const Settings& settings) {

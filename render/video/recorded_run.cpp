@@ -79,9 +79,17 @@ void spread(const FrameClock& clock, std::vector<Value>& values) {
   values = std::move(result);
 }
 
-/// Keeps the poses of a step, and the quantities that need velocities.
-void keep_state(const Scene& scene, const QuantityChoice& choice, const State& state, Run& run) {
+/// Returns a reader of the chosen expectation; an empty one where none is chosen.
+PoseReader expected_reader(const Scene& scene, const QuantityChoice& choice) {
+  return choice.expected ? reader_of(scene, *choice.expected) : PoseReader();
+}
+
+/// Keeps the poses of a step, and the quantities that need all earlier steps or velocities, where known.
+void keep_state(const Scene& scene, const QuantityChoice& choice, const State& state,
+                const PoseReader& expected, Run& run) {
   run.poses.push_back(state.q);
+  if (expected) run.readings.expected.push_back(expected(state.q));
+  if (state.v.empty()) return;
   if (choice.energy) run.readings.energies.push_back(energy(scene, state));
   if (choice.speeds) {
     std::vector<float>& speeds = run.readings.speeds.emplace_back();
@@ -165,6 +173,7 @@ void simulate_algorithm(const Scene& scene, const FrameClock& clock, const Quant
   Metrics metrics;
   Invariants invariants(scene, state);
   invariants.add(state, 0, metrics);
+  const PoseReader expected = expected_reader(scene, choice);
   std::int64_t steps = 0;
   const auto step = [&] {
     const double begun = cpu_time();
@@ -174,10 +183,11 @@ void simulate_algorithm(const Scene& scene, const FrameClock& clock, const Quant
     if (report.status == StepReport::Status::unsolved) ++run.unsolved;
     if (report.status == StepReport::Status::diverged) return false;
     invariants.follow(state, run.panel.settings.step, metrics);
+    if (expected) expected(state.q);
     return true;
   };
   const auto keep = [&] {
-    keep_state(scene, choice, state, run);
+    keep_state(scene, choice, state, expected, run);
     invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
     if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
   };
@@ -203,20 +213,26 @@ std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run
 void simulate_engine(const Scene& scene, const FrameClock& clock, const QuantityChoice& choice,
                      Stepper& stepper, Run& run, Tally& tally) {
   const bool is_command = engine_of(run.panel).is_command;
+  const PoseReader expected = expected_reader(scene, choice);
   const auto step = [&] {
     const double begun = cpu_time();
     const bool continues = stepper.step();
     if (!is_command) add_times(begun, run);
+    if (continues && expected) expected(stepper.state().q);
     return continues;
   };
   std::int64_t steps = 0;
-  if (!keep_steps(clock, 1, tally, steps, step, [&] { keep_state(scene, choice, stepper.state(), run); })) {
+  if (!keep_steps(clock, 1, tally, steps, step,
+                  [&] { keep_state(scene, choice, stepper.state(), expected, run); })) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
   run.row_solves = stepper.row_solves();
 }
 
-void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
+void take_frames(const Scene& scene, const PoseLog& log, const FrameClock& clock,
+                 const QuantityChoice& choice, Run& run) {
+  const PoseReader expected = expected_reader(scene, choice);
+  std::size_t next = 0;
   for (const std::int64_t kept : clock.steps) {
     const auto frame = static_cast<std::size_t>(kept);
     if (frame >= log.frames.size()) {
@@ -231,7 +247,13 @@ void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
       throw Error("{}: has poses every {} frames only: the film needs frame {}", run.panel.log.string(),
                   log.full_every, frame);
     }
-    run.poses.push_back(log.frames[frame].poses);
+    for (; expected && next < frame; ++next) {
+      if (!log.frames[next].poses.empty()) expected(log.frames[next].poses);
+    }
+    State state;
+    state.q = log.frames[frame].poses;
+    state.v = log.frames[frame].velocities;
+    keep_state(scene, choice, state, expected, run);
   }
 }
 
@@ -239,7 +261,8 @@ void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run) {
   State state = initial_state(scene);
   state.contacts.clear();
   FrameQuantities& readings = run.readings;
-  if (choice.expected) readings.expected = expected_values(scene, *choice.expected, run.poses);
+  const double start = energy(scene, state);
+  for (double& value : readings.energies) value -= start;
   const JointGapMeter joints(scene);
   std::unique_ptr<PenetrationMeter> meter;
   if (choice.depths || choice.deepest) meter = std::make_unique<PenetrationMeter>(scene);
@@ -256,8 +279,6 @@ void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run) {
 
 void spread(const FrameClock& clock, double interval, const QuantityChoice& choice, Run& run) {
   FrameQuantities& readings = run.readings;
-  const double start = readings.energies.empty() ? 0 : readings.energies.front();
-  for (double& energy : readings.energies) energy -= start;
   spread(clock, run.poses);
   for (auto* const series :
        {&run.errors, &readings.gaps, &readings.energies, &readings.deepest, &readings.expected})

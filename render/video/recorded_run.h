@@ -61,7 +61,8 @@ void simulate_engine(const Scene& scene, const FrameClock& clock, const Quantity
                      Stepper& stepper, Run& run, Tally& tally);
 
 /// Takes a run's poses from a log. Throws Error where it ends before the film does.
-void take_frames(const PoseLog& log, const FrameClock& clock, Run& run);
+void take_frames(const Scene& scene, const PoseLog& log, const FrameClock& clock,
+                 const QuantityChoice& choice, Run& run);
 
 /// Reads at all kept steps the quantities that follow from the poses alone.
 void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run);

@@ -57,7 +57,7 @@ struct Grid {
   int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
-/// Draws a run's name, in its colour, and its title where it fits, above the run's first picture.
+/// Draws a run's name, in its colour, and its title above the run's first picture.
 void draw_run(Image& image, const Grid& grid, std::size_t index, const Run& run, const std::string& words,
               double size) {
   const double base = grid.y(index) - 0.4 * size;
@@ -65,13 +65,16 @@ void draw_run(Image& image, const Grid& grid, std::size_t index, const Run& run,
   const std::string name = name_of(run.panel);
   const TextStyle plain{.size = size, .color = text_color};
   const double words_left = text_width(name, bold) + 0.5 * size;
-  const bool fits = grid.most == 1 || words_left + text_width(words, plain) < grid.width_of(index);
+  const int room = grid.most == 1 ? image.width - 2 * grid.gap : grid.width_of(index);
   draw_text(image, grid.x(0, index), base, name, bold);
-  if (fits) draw_text(image, grid.x(0, index) + words_left, base, words, plain);
+  draw_text(image, grid.x(0, index) + words_left, base, cut(words, plain, room - words_left), plain);
 }
 
-/// Returns a run's value of the comparison's strip at a frame; without one, the refusal or the divergence.
+/// Returns a run's value of the comparison's strip at a frame; without one, the reason of an early end of the
+/// run, or of the reference.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
+  if (run.is_reference() && frame >= comparison.reference->known)
+    return "no reference: " + comparison.reference->fate;
   if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
   }
@@ -90,11 +93,18 @@ void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t r
                double size) {
   if (note.empty()) return;
   const TextStyle style{.size = 0.9 * size, .color = text_color, .bold = true};
-  const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
+  const std::vector<std::string> lines = wrapped(note, style, grid.width_of(run) - 0.8 * size);
+  double widest = 0;
+  for (const std::string& line : lines) widest = std::max(widest, text_width(line, style));
+  const int wide = static_cast<int>(std::lround(widest + 0.8 * size));
   const int x = grid.x(column, run) + grid.width_of(run) - wide;
-  const int y = grid.y(run) + grid.height - grid.line;
-  fill_rectangle(image, x, y, wide, grid.line, {255, 255, 255}, 0.75);
-  draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, note, style);
+  const int high = grid.line * static_cast<int>(lines.size());
+  int y = grid.y(run) + grid.height - high;
+  fill_rectangle(image, x, y, wide, high, {255, 255, 255}, 0.75);
+  for (const std::string& line : lines) {
+    draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, line, style);
+    y += grid.line;
+  }
 }
 
 Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
@@ -110,14 +120,16 @@ Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
 /// Draws the sheet's title, and below it the settings of all runs and the quantity of their notes.
 void draw_head(Image& image, const Grid& grid, const TimeSheetSettings& settings,
                const Comparison& comparison, const std::string& shared) {
+  const int room = image.width - 2 * grid.gap;
   if (!settings.title.empty()) {
-    draw_text(image, grid.left, grid.gap + settings.text, settings.title,
-              {.size = 1.2 * settings.text, .color = text_color, .bold = true});
+    TextStyle bold{.size = 1.2 * settings.text, .color = text_color, .bold = true};
+    while (bold.size > 6 && text_width(settings.title, bold) > room) bold.size *= 0.97;
+    draw_text(image, grid.left, grid.gap + settings.text, cut(settings.title, bold, room), bold);
   }
   const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
   const std::string legend = shared + (shared.empty() || notes.empty() ? "" : " · ") + notes;
   TextStyle small{.size = settings.text, .color = quiet};
-  while (small.size > 6 && text_width(legend, small) > image.width - 2 * grid.gap) small.size *= 0.97;
+  while (small.size > 6 && text_width(legend, small) > room) small.size *= 0.97;
   draw_text(image, grid.left, grid.top - 1.4 * grid.line, legend, small);
 }
 
@@ -131,6 +143,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   RenderSettings pictures;
   pictures.width = settings.width;
   pictures.height = settings.height;
+  pictures.steps_back = !settings.camera.named;
   check(pictures);
   const Grid grid(settings);
   const std::size_t runs = settings.comparison.panels.size();
@@ -149,18 +162,13 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   std::vector<std::size_t> frames;
   for (const double time : settings.times)
     frames.push_back(static_cast<std::size_t>(std::lround(time / settings.comparison.step)));
-  // Make a renderer for each width of pictures, whose camera holds all shown poses
-  std::vector<std::vector<Coordinates>> shown;
-  for (const Run& run : comparison.runs) {
-    for (const std::size_t frame : frames) {
-      if (frame < run.poses.size()) shown.push_back(run.poses[frame]);
-    }
-  }
+  // Make a renderer for each width of pictures, whose camera holds what a film's would
+  const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   std::map<int, Renderer> renderers;
   for (std::size_t run = 0; run < runs; ++run) {
     pictures.width = grid.width_of(run);
     if (renderers.contains(pictures.width)) continue;
-    renderers.try_emplace(pictures.width, seen_by(settings.camera, scene), pictures, shown);
+    renderers.try_emplace(pictures.width, seen_by(settings.camera, scene), pictures, seen);
   }
   for (std::size_t column = 0; column < frames.size(); ++column) {
     const std::size_t frame = frames[column];

@@ -98,6 +98,9 @@ class FilmFile {
   int frames_ = 0;
 };
 
+/// Largest frame rate of a GIF file: its delays are hundredths of a second, and players ignore those of one.
+constexpr double most_in_gif = 50;
+
 std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
   words.insert(words.end(), more.begin(), more.end());
   return words;
@@ -112,9 +115,10 @@ void make_loop(const Film& film, const fs::path& program) {
     int every;   ///< 2: every second frame of the film
     int colors;  ///< in the palette
   };
-  for (const auto& [width, every, colors] :
+  for (const auto& [width, fewest, colors] :
        {LoopAttempt{800, 2, 128}, LoopAttempt{800, 3, 96}, LoopAttempt{640, 3, 64}, LoopAttempt{480, 3, 48},
         LoopAttempt{400, 6, 32}}) {
+    const int every = std::max(fewest, static_cast<int>(std::ceil(settings.frame_rate / most_in_gif)));
     const int height = static_cast<int>(std::lround(0.5 * width * settings.height / settings.width)) * 2;
     const int count = (static_cast<int>(film.comparison.times.size()) - 1) / every + 1;
     const std::string filter = fmt::format(
@@ -147,22 +151,30 @@ int poster_frame(const Comparison& comparison, const std::optional<double>& time
 }
 
 /// Throws Error where an output cannot be made, before the long work.
-void check_outputs(const VideoSettings& settings, bool has_container, bool has_ffmpeg) {
+void check_outputs(const VideoSettings& settings, const std::optional<Container>& container,
+                   bool has_ffmpeg) {
   check_film_size(settings.width, settings.height);
-  const bool shows_error = settings.overlays.tint == Overlays::Tint::error;
+  const bool shows_error = settings.overlays.tint == Overlays::Tint::error ||
+                           std::ranges::find(settings.strips, Strip::error) != settings.strips.end();
   if ((settings.overlays.ghost || shows_error || settings.freezes) && !settings.comparison.has_reference)
-    throw Error("the overlays ghost and error, and --freeze, show the reference, and there is none");
+    throw Error(
+        "the overlay ghost, --freeze, and error in --overlay or --strip show the reference, and there is "
+        "none");
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
   }
   if (!settings.frames) {
-    if (!has_container) {
+    if (!container) {
       throw Error(
           "{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder of "
           "numbered pictures",
           settings.output.string());
     }
     require_folder_of(settings.output);
+  }
+  if (container == Container::gif && settings.frame_rate > most_in_gif) {
+    throw Error("--fps {:g}: a .gif has at most {:g} frames a second: lower it, or give .mp4, .webm or .apng",
+                settings.frame_rate, most_in_gif);
   }
   if ((settings.loop || !settings.frames) && !has_ffmpeg) {
     throw Error(
@@ -200,7 +212,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
                        std::optional<Comparison> simulated) {
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
-  check_outputs(settings, container.has_value(), program.has_value());
+  check_outputs(settings, container, program.has_value());
   const double begun = cpu_seconds(RUSAGE_SELF);
   if (!simulated) {
     simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {

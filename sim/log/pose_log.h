@@ -43,6 +43,7 @@ struct PoseLog {
   struct Frame {
     std::uint64_t hash = 0;
     std::vector<Coordinates> poses;  ///< one per body, the world included; empty when the frame is not full
+    std::vector<Velocity> velocities{};  ///< of pose tables, which a log's text does not hold; else empty
   };
 
   std::string scene;  ///< file name with extension, without its folder

@@ -315,7 +315,7 @@ PoseLog log_of(const std::vector<State>& states, const Scene& scene, double step
   log.author = author;
   log.settings.step = step;
   for (const Body& body : scene.bodies) log.bodies.push_back(body.name);
-  for (const State& state : states) log.frames.push_back({hash(state), state.q});
+  for (const State& state : states) log.frames.push_back({hash(state), state.q, state.v});
   return log;
 }
 

@@ -173,7 +173,8 @@ TEST_F(PoseTable, BecomesLogWithAuthor) {
   std::ofstream(file_, std::ios::binary) << example_table();
   const PoseLog log = read_run(file_, scene_, step);
   EXPECT_EQ(log.author, "rig");
-  EXPECT_EQ(log.frames.size(), 3);
+  ASSERT_EQ(log.frames.size(), 3);
+  EXPECT_EQ(log.frames[0].velocities.size(), 4);
   const PoseLog again = parse_pose_log(to_text(log), "again");
   EXPECT_EQ(again.author, "rig");
   EXPECT_EQ(again.settings.step, step);
