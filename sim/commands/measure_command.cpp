@@ -48,11 +48,24 @@ struct MeasureOptions {
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
   Settings settings = usual_settings(scene, algorithm);
   options.solver.apply_to(settings);
+  // Leave out the warm start of A1, which would be refused there.
+  for (const SettingsField& field : settings_fields) {
+    if (field.can_be_left_out && is_of_report(field.first) && !field.is_read_by(algorithm))
+      copy(settings, field, Settings{});
+  }
+  check(settings);
   // Give A2 as many row solves as the others have.
-  if (algorithm == Algorithm::a2 && (options.solver.has("substeps") || options.solver.has("iterations"))) {
-    if (!options.solver.has("iterations")) settings.iterations = 1;
+  const bool has_m = options.solver.has("iterations");
+  if (algorithm == Algorithm::a2 && (options.equal_rows || has_m || options.solver.has("substeps"))) {
+    if (!has_m) settings.iterations = 1;
     settings.iterations *= settings.substeps;
     check(settings);
+    // Divide by the parts of a step, which taut joints may divide.
+    const int parts = Simulation(scene, settings).equal_parts();
+    if (parts > settings.iterations)
+      fmt::print(stderr, "substep: note: A2 takes a step in {} parts: more row solves than A3 to A5\n",
+                 parts);
+    settings.iterations = std::max(1, settings.iterations / parts);
   }
   return settings;
 }
@@ -122,13 +135,11 @@ std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene
   for (const Algorithm algorithm : algorithms) {
     runs.push_back({settings_of(options, scene, algorithm), "", {}, {}});
     if (options.equal_rows && algorithm == Algorithm::a2) {
-      Settings& swept = runs.back().settings;
       // Also measure one sweep per step of h/(n·m), with as many row solves as n·m sweeps per step of h.
-      Settings in_steps = swept;
-      in_steps.step /= swept.iterations;
+      const Settings substepping = settings_of(options, scene, Algorithm::a3);
+      Settings in_steps = runs.back().settings;
+      in_steps.step /= substepping.substeps * substepping.iterations;
       in_steps.iterations = 1;
-      // Divide by the parts of a step, which taut joints may divide.
-      swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
       runs.push_back({in_steps, "", {}, {}});
     }
   }
@@ -163,11 +174,8 @@ void measure_runs(const MeasureOptions& options, const Scene& scene, std::vector
 
 /// Throws Error for options that cannot be used, or not with each other.
 void check_options(const MeasureOptions& options, const Scene& scene) {
-  if (!(scene.duration >= scene.step && scene.duration <= 3600))
-    throw Error("duration {:g} s: from the scene's step, {:g} s, to 3600 s", scene.duration, scene.step);
-  const double horizon = seconds_in(options.horizon, "--horizon");
+  check_durations(scene, options.reference ? scene.duration : seconds_in(options.horizon, "--horizon"));
   if (options.reference) return;
-  if (!(horizon >= scene.step)) throw Error("--horizon '{}': must be at least a step", options.horizon);
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   options.output.require_folder();
   if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
@@ -240,7 +248,8 @@ void add_measure_command(CLI::App& app) {
       "zero. Its table has a line for each step of the scene and each body: the columns of 'run --csv', and "
       "the uncertainty of all bodies until then (m, rad). It ends where refinements differ by 2e-5 of the "
       "scene's size; where they do so at once nothing is written, and the code is 1.\n"
-      "A2 gets n·m iterations, as many row solves as A3 to A5, where n or m is given.\n"
+      "A2 gets n·m iterations over all parts of a step, as many row solves as A3 to A5, where n or m is "
+      "given.\n"
       "Without --times the output is the same to the last byte, in every run and on every machine.\n"
       "Example:\n  substep measure scenes/rod_chain.gltf --substeps 4\n"
       "  substep measure scenes/rod_chain.gltf --reference rod_chain.csv --duration 2");

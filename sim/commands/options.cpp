@@ -76,20 +76,15 @@ TypedSettings SolverOptions::in_set() const {
 }
 
 bool SolverOptions::has(std::string_view field) const {
-  if ((field == "step" && step_) || (field == "substeps" && substeps_)) return true;
+  return (field == "step" && step_) || (field == "substeps" && substeps_) || is_in_set(field);
+}
+
+bool SolverOptions::is_in_set(std::string_view field) const {
   return std::ranges::any_of(
       in_set(), [&](const auto& setting) { return is_called(field_named(field), setting.first); });
 }
 
 void SolverOptions::apply_to(Settings& settings) const {
-  for (const auto& [name, text] :
-       {std::pair("algorithm", algorithm_), {"step", step_}, {"substeps", substeps_}}) {
-    const SettingsField& field = field_named(name);
-    if (!text || set_typed(settings, field, *text)) continue;
-    const bool is_number = std::holds_alternative<double Settings::*>(field.member);
-    throw Error("--{} '{}': give {}{}", name, *text, kind_of(field),
-                is_number ? ", such as 0.01 or 1/60" : "");
-  }
   std::vector<const SettingsField*> fields;
   for (const SettingsField& field : settings_fields) {
     if (field.name != "algorithm") fields.push_back(&field);
@@ -99,13 +94,21 @@ void SolverOptions::apply_to(Settings& settings) const {
   } catch (const Error& error) {
     throw Error("--set {}", error.what());
   }
+  for (const auto& [name, text] :
+       {std::pair("algorithm", algorithm_), {"step", step_}, {"substeps", substeps_}}) {
+    const SettingsField& field = field_named(name);
+    if (text && is_in_set(name)) throw Error("--{0} '{1}': --set gives {0} too: give one", name, *text);
+    if (!text || set_typed(settings, field, *text)) continue;
+    const bool is_number = std::holds_alternative<double Settings::*>(field.member);
+    throw Error("--{} '{}': give {}{}", name, *text, kind_of(field),
+                is_number ? ", such as 0.01 or 1/60" : "");
+  }
   const double longest = field_named("step").range.high;
   if (step_ && settings.step > longest) {
     throw Error(
         "--step {}: is a step of {:g} s, and must be at most {:g} s: sixty steps a second are --step 1/60",
         *step_, settings.step, longest);
   }
-  check(settings);
 }
 
 Settings SolverOptions::settings(const Scene& scene) const {
@@ -113,6 +116,7 @@ Settings SolverOptions::settings(const Scene& scene) const {
   apply_to(typed);
   Settings result = usual_settings(scene, typed.algorithm);
   apply_to(result);
+  check(result);
   if (step_ && result.step > longest_usual_step) {
     fmt::print(stderr, "substep: note: --step {} is a step of {:g} s: sixty steps a second are --step 1/60\n",
                *step_, result.step);

@@ -8,19 +8,9 @@
 #include <iterator>
 
 #include "sim/log/file_output.h"
+#include "sim/measure/text_table.h"
 
 namespace substep {
-namespace {
-
-/// Returns a body's name as a CSV field, quoted where it has commas or quotes.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return field + "\"";
-}
-
-}  // namespace
 
 Progress::Progress() : is_terminal_(::isatty(STDERR_FILENO) != 0) {}
 

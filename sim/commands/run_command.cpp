@@ -38,12 +38,12 @@ struct RunOptions {
 /// The figures and warnings of a run; warnings are errors with --strict.
 class RunSummary {
  public:
-  explicit RunSummary(const Simulation& simulation)
+  RunSummary(const Simulation& simulation, const Settings& settings)
       : scene_(simulation.scene()),
-        settings_(simulation.settings()),
+        settings_(settings),
         invariants_(scene_, simulation.state()),
         // Measure penetration, which finds contacts again, about 60 times per simulated second.
-        every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
+        every_(std::max(1, static_cast<int>(std::lround(1 / (60 * settings.step))))) {
     invariants_.add(simulation.state(), 0, metrics_);
   }
 
@@ -135,7 +135,7 @@ void run(const RunOptions& options) {
   if (options.csv) table.emplace(*options.csv).write(fmt::format("{}\n", csv_columns));
   add_to_table(0);
   std::string unsolved;
-  RunSummary summary(simulation);
+  RunSummary summary(simulation, settings);
   WrittenRun written;
   {
     Progress progress;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -88,11 +89,16 @@ void run(SweepCommand& command) {
     fmt::print("part {}: {} jobs done now\n", *command.job, done);
     return;
   }
-  merge_sweep(sweep, command.options.results);
+  const std::vector<SweepRecord> records = merge_sweep(sweep, command.options.results);
   fmt::print("{} jobs, {} of them done now\n", sweep.jobs.size(), done);
   for (const char* const name : {"errors.csv", "times.csv", "sweep.json"}) {
     fmt::print("wrote {}\n", (command.options.results / name).string());
   }
+  const auto is_omitted = [](const SweepRecord& record) { return !record.omitted.empty(); };
+  const auto first = std::ranges::find_if(records, is_omitted);
+  if (first == records.end()) return;
+  fmt::print(stderr, "substep: note: {} of {} runs are omitted; the first is {}: {}\n",
+             std::ranges::count_if(records, is_omitted), records.size(), first->key, first->omitted);
 }
 
 }  // namespace

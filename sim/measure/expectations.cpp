@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -333,15 +334,13 @@ const Expectation* expectation_of_poses(const Scene& scene) {
   return found == scene.expected.end() ? nullptr : &*found;
 }
 
-std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
-                                    const std::vector<std::vector<Coordinates>>& poses) {
-  const State start = initial_state(scene);
+PoseReader reader_of(const Scene& scene, const Expectation& expectation) {
+  // The quantities refer to the start, which keeps its address.
+  const auto start = std::make_shared<const State>(initial_state(scene));
   std::vector<QuantityOfBody> quantities;
-  for (const int body : bodies_of(expectation)) quantities.emplace_back(scene, expectation, body, start);
-  State state = start;
-  std::vector<double> values;
-  for (const std::vector<Coordinates>& at : poses) {
-    state.q = at;
+  for (const int body : bodies_of(expectation)) quantities.emplace_back(scene, expectation, body, *start);
+  return [&expectation, start, quantities, state = *start](const std::vector<Coordinates>& poses) mutable {
+    state.q = poses;
     double furthest = expectation.value;
     for (QuantityOfBody& quantity : quantities) {
       const double value = quantity.value(state, 0, nullptr);
@@ -349,9 +348,8 @@ std::vector<double> expected_values(const Scene& scene, const Expectation& expec
           !(std::abs(value - expectation.value) <= std::abs(furthest - expectation.value));
       if (is_further) furthest = value;
     }
-    values.push_back(furthest);
-  }
-  return values;
+    return furthest;
+  };
 }
 
 }  // namespace substep

@@ -1,6 +1,7 @@
 #pragma once
 /// Compares a run with its scene's known figures, which hold also after the reference's horizon.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -54,9 +55,11 @@ std::string bounded_text(Bound bound, const std::string& value);
 /// Returns the first expectation of the scene whose quantity follows from poses; null where there is none.
 const Expectation* expectation_of_poses(const Scene& scene);
 
-/// Returns the expectation's quantity at each of these poses; of several bodies the value furthest from the
-/// expected one.
-std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
-                                    const std::vector<std::vector<Coordinates>>& poses);
+/// Reads a number off poses.
+using PoseReader = std::function<double(const std::vector<Coordinates>&)>;
+
+/// Returns a reader of the expectation's quantity; of several bodies it returns the value furthest from the
+/// expected one. The reader counts whole turns, so it must receive the poses of every step in turn.
+PoseReader reader_of(const Scene& scene, const Expectation& expectation);
 
 }  // namespace substep

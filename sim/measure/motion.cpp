@@ -379,4 +379,14 @@ ReferenceMotion reference_motion(const Scene& scene, double duration, int thread
   return direct;
 }
 
+void check_durations(const Scene& scene, double horizon) {
+  const std::string file = scene.file.string();
+  if (!(scene.duration >= scene.step && scene.duration <= 3600)) {
+    throw Error("{}: duration {:g} s: from the scene's step, {:g} s, to 3600 s", file, scene.duration,
+                scene.step);
+  }
+  if (!(horizon >= scene.step))
+    throw Error("{}: horizon {:g} s: must be at least a step, {:g} s", file, horizon, scene.step);
+}
+
 }  // namespace substep

@@ -100,4 +100,8 @@ struct ReferenceMotion {
 /// `threads` threads; the result is the same for any number.
 ReferenceMotion reference_motion(const Scene& scene, double duration, int threads = 1);
 
+/// Throws Error where the scene's duration or the horizon is shorter than a step, or the duration longer than
+/// an hour.
+void check_durations(const Scene& scene, double horizon);
+
 }  // namespace substep

@@ -198,7 +198,7 @@ Json scene_json(const Scene& scene) {
               {"joints", Json::array()},
               {"warnings", scene.warnings}};
   const Settings settings = usual_settings(scene, Algorithm::a5);
-  result["default"] = label(settings);
+  result["default"] = label(usual_settings(scene, Settings{}.algorithm));
   result["substeps"] = {{"count", scene.substeps},
                         {"reason", reason_of_substeps(scene)},
                         {"doubt", doubt_about_substeps(scene, settings)}};

@@ -61,6 +61,13 @@ std::string to_text(const TextTable& table, bool as_markdown) {
   return as_markdown ? to_markdown(table) : to_text(table);
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return field + "\"";
+}
+
 std::string short_number(double value) {
   if (!(std::abs(value) < 1e9)) return "–";
   // Rounding: its digits depend on the order of a sum.

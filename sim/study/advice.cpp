@@ -9,6 +9,7 @@
 
 #include "sim/measure/substep_map.h"
 #include "sim/measure/text_table.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
@@ -38,14 +39,17 @@ std::string beyond_text(const std::vector<SweepRecord>& records) {
 std::string choice_text(const std::vector<SweepRecord>& records) {
   const auto coarse = cheapest(records, 0.01);
   const auto fine = cheapest(records, 0.001);
-  if (!coarse) return fmt::format("No run stays within 1 % of the scene's size: {}. ", beyond_text(records));
-  std::string text = fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
-                                 spoken(*coarse, has_joints(records)), price_text(*coarse),
-                                 percent(error_or_gap_of(*coarse)));
-  if (!fine) return text + "; no run gets to 0.1 %. ";
-  if (fine->key == coarse->key) return text + "; nothing cheaper gets to 0.1 % either. ";
-  return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine, has_joints(records)),
-                            price_text(*fine), percent(error_or_gap_of(*fine)));
+  const bool turns = turns_in_place(records);
+  const char* const one = turns ? "0.01 rad" : "1 % of the scene's size";
+  const char* const tenth = turns ? "0.001 rad" : "0.1 %";
+  if (!coarse) return fmt::format("No run stays within {}: {}. ", one, beyond_text(records));
+  std::string text =
+      fmt::format("For {} take **{}** ({}, measured {})", one, spoken(*coarse, has_joints(records)),
+                  price_text(*coarse), error_text(*coarse));
+  if (!fine) return text + fmt::format("; no run gets to {}. ", tenth);
+  if (fine->key == coarse->key) return text + fmt::format("; nothing cheaper gets to {} either. ", tenth);
+  return text + fmt::format("; for {} **{}** ({}, measured {}). ", tenth, spoken(*fine, has_joints(records)),
+                            price_text(*fine), error_text(*fine));
 }
 
 const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
@@ -136,7 +140,7 @@ std::string spoken(const SweepRecord& record, bool joints) {
   const Settings& s = record.settings;
   const Settings usual = default_settings(s.algorithm);
   std::vector<std::string> words;
-  if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
+  if (field_named("substeps").is_read_by(s.algorithm)) words.push_back(fmt::format("n = {}", s.substeps));
   if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
     words.push_back(fmt::format("m = {}", s.iterations));
   }
@@ -148,8 +152,13 @@ std::string spoken(const SweepRecord& record, bool joints) {
   if (is_substepping && joints && s.joints != usual.joints) {
     words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
   }
-  const double rate = 1 / s.step;
-  words.push_back(fmt::format("h = 1/{:.0f} s", rate));
+  for (const SettingsPart& part : parts_of(s)) {
+    const bool is_step = part.field->name == "step";
+    // Groups above 1 are those of settings other than n, m, τ, κ and joints
+    if (!is_step && part.field->label.group < 2) continue;
+    std::string word = part.text + (is_step ? " s" : "");
+    words.push_back(word.replace(word.find('='), 1, " = "));
+  }
   return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
 }
 

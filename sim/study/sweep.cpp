@@ -65,9 +65,12 @@ FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& 
 void measure_engine(const Sweep& sweep, const Scene& scene, const ReferenceMotion& reference,
                     SweepRecord& record) {
   const Engine* const engine = find_engine(record.engine);
-  record.label = fmt::format("{}  h={:g}", engine ? engine->label : record.engine, record.settings.step);
+  record.label =
+      fmt::format("{}{}  h={:g}", engine ? engine->label : record.engine,
+                  engine && engine->has_iterations ? fmt::format("  m={}", record.settings.iterations) : "",
+                  record.settings.step);
   if (!engine) {
-    record.omitted = "the program was built without it";
+    record.omitted = fmt::format("no such engine is built in; there are {}", engine_names());
     return;
   }
   try {
@@ -132,10 +135,14 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   std::error_code failure;
   fs::create_directories(options.results / "jobs", failure);
   if (failure) throw Error("{}: cannot be made: {}", options.results.string(), failure.message());
+  for (const char* const name : {"sweep.json", "errors.csv", "times.csv"})
+    fs::remove(options.results / name, failure);
   std::vector<const SweepJob*> open;
   for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
     if (static_cast<int>(i % options.parts) != options.part - 1) continue;
-    if (!found_job(sweep, options.results, sweep.jobs[i]).record) open.push_back(&sweep.jobs[i]);
+    const std::optional<std::string> record = found_job(sweep, options.results, sweep.jobs[i]).record;
+    // Try an omitted run again: its engine may be installed by now.
+    if (!record || !record_in(*record).omitted.empty()) open.push_back(&sweep.jobs[i]);
   }
   // Start the longest jobs first. The order does not change the results.
   const auto cost = [&](const SweepJob* job) { return estimated_work(sweep, *job); };
@@ -187,7 +194,7 @@ std::vector<fs::path> damaged_jobs(const Sweep& sweep, const fs::path& results) 
   return damaged;
 }
 
-void merge_sweep(const Sweep& sweep, const fs::path& results) {
+std::vector<SweepRecord> merge_sweep(const Sweep& sweep, const fs::path& results) {
   std::vector<std::string> missing;
   std::vector<std::string> texts;
   std::vector<SweepRecord> records;
@@ -210,6 +217,7 @@ void merge_sweep(const Sweep& sweep, const fs::path& results) {
   write_file(results / "sweep.json", fmt::format("[\n{}\n]\n", fmt::join(texts, ",\n")));
   write_file(results / "errors.csv", errors_csv(records));
   write_file(results / "times.csv", times_csv(records));
+  return records;
 }
 
 std::vector<SweepRecord> read_records(const fs::path& results) {

@@ -90,15 +90,16 @@ struct SweepOptions {
 /// Returns the kind of contacts of a scene, from its reference.
 ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 
-/// Runs the jobs that are not done, and returns their number. `progress` receives the fraction of them that
-/// is done, on the calling thread. Throws Error for a bad scene or an unwritable file; finished jobs stay.
+/// Removes the files of the last merge, runs the jobs that are not done or were omitted, and returns their
+/// number. `progress` receives the fraction of them that is done, on the calling thread. Throws Error for a
+/// bad scene or an unwritable file; finished jobs stay.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
 
 /// Returns the damaged files of jobs, which are measured again. Throws Error where a job's path is no file.
 std::vector<std::filesystem::path> damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
-/// Writes sweep.json, errors.csv and times.csv. Throws Error when jobs are missing.
-void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);
+/// Writes sweep.json, errors.csv and times.csv, and returns the records. Throws Error when jobs are missing.
+std::vector<SweepRecord> merge_sweep(const Sweep& sweep, const std::filesystem::path& results);
 
 /// Reads the records of a merged sweep. Throws Error.
 std::vector<SweepRecord> read_records(const std::filesystem::path& results);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 
 #include "sim/error.h"
@@ -108,7 +109,7 @@ class Reader : private TomlValues {
     if (sweep_.jobs.empty())
       throw Error("{}: has no [[grid]] or [[limit]] with a scene", sweep_.file.string());
     if (const auto* node = root.get("horizons")) read_horizons(*node);
-    return std::move(sweep_);
+    return checked();
   }
 
   /// Returns the sweep of these scenes without reading the file.
@@ -154,10 +155,21 @@ class Reader : private TomlValues {
                  list_of("kappa", std::array{0.4, 0.7, 1.0, 1.3, 1.6})}},
                false);
     }
-    return std::move(sweep_);
+    return checked();
   }
 
  private:
+  /// Returns the sweep with durations of whole steps. Throws Error where a scene or its horizon is too short.
+  Sweep checked() {
+    for (auto& [name, scene] : sweep_.scenes) {
+      check_durations(scene, sweep_.horizon_of(name));
+      // Keep the bits of a duration that has whole steps.
+      const double whole = std::round(scene.duration / scene.step) * scene.step;
+      if (std::abs(whole - scene.duration) > 1e-6 * scene.duration) scene.duration = whole;
+    }
+    return std::move(sweep_);
+  }
+
   /// Returns what `action` returns. Its errors get the line of `node`.
   auto at(const toml::node& node, const auto& action) const {
     try {

@@ -10,6 +10,7 @@
 #include "sim/error.h"
 #include "sim/loading/json_value.h"
 #include "sim/measure/json.h"
+#include "sim/measure/text_table.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep {
@@ -24,7 +25,7 @@ std::string field(const std::optional<double>& value) {
 
 /// Returns the columns that identify a run.
 std::string columns_of(const SweepRecord& r) {
-  std::string text = r.scene;
+  std::string text = csv_field(r.scene);
   for (const SettingsField& field : settings_fields) {
     const bool is_engine = field.name == "algorithm" && !r.engine.empty();
     text += fmt::format(",{}", is_engine ? r.engine : text_of(r.settings, field));

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "sim/measure/text_table.h"
 #include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
@@ -26,8 +28,12 @@ class Lines {
   explicit Lines(const std::vector<SweepRecord>& records)
       : step_(scene_step(records)), contacts_(has_contacts(records)) {
     for (const SweepRecord& record : records) {
-      if (!record.metrics || !record.engine.empty()) continue;
+      if (!record.metrics) continue;
       const Settings& s = record.settings;
+      if (!record.engine.empty()) {
+        iterations_of_engines_[record.engine].insert(s.iterations);
+        continue;
+      }
       Values& own = values_[s.algorithm];
       own.steps_of[s.iterations].insert(s.step);
       if (s.joints != Joints::rows) own.substeps.insert(s.substeps);
@@ -37,7 +43,9 @@ class Lines {
   std::string title_of(const SweepRecord& record) const {
     if (!record.engine.empty()) {
       const Engine* const engine = find_engine(record.engine);
-      return engine ? engine->label : record.engine;
+      std::string title = engine ? engine->label : record.engine;
+      const int m = record.settings.iterations;
+      return iterations_of_engines_.at(record.engine).size() > 1 ? fmt::format("{} m={}", title, m) : title;
     }
     const Settings& s = record.settings;
     std::string title(substep::title_of(s.algorithm));
@@ -94,6 +102,7 @@ class Lines {
   double step_;
   bool contacts_;
   std::map<Algorithm, Values> values_;
+  std::map<std::string, std::set<int>> iterations_of_engines_;
 };
 
 /// Returns false where the refinements of the reference diverge at once.
@@ -133,10 +142,11 @@ std::vector<RunFamily> all_families(const std::vector<SweepRecord>& records) {
   return families;
 }
 
-bool turns_in_place(const std::vector<SweepRecord>& records) {
-  return std::ranges::all_of(records, [](const SweepRecord& record) {
-    return !record.metrics || !(record.metrics->error.position.rms > 0);
-  });
+/// Returns true where the centres err by less than a millionth of the turn: bodies turn about their centres.
+bool is_turn_alone(const SweepRecord& record) {
+  if (!record.metrics) return false;
+  const MotionDifference& error = record.metrics->error;
+  return error.position.rms < 1e-6 * record.size * error.orientation.rms;
 }
 
 }  // namespace
@@ -146,6 +156,19 @@ std::string percent(double share) {
   if (std::abs(share) < 1e-11) return "rounding";
   return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100 * share)
                                  : fmt::format("{:.0f} %", 100 * share);
+}
+
+std::string error_text(const SweepRecord& record) {
+  const double error = error_or_gap_of(record);
+  if (!has_reference(record) || !is_turn_alone(record) || !(error >= 1e-11) || !std::isfinite(error))
+    return percent(error);
+  return fmt::format("{} rad", short_number(error));
+}
+
+bool turns_in_place(const std::vector<SweepRecord>& records) {
+  return std::ranges::any_of(records, [](const SweepRecord& record) {
+    return is_turn_alone(record) && error_of(record) > smallest_plotted_error;
+  });
 }
 
 bool has_contacts(const std::vector<SweepRecord>& records) {
@@ -192,15 +215,30 @@ std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records) {
   return result;
 }
 
-std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene) {
+std::vector<EqualRowRun> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene) {
   const std::vector<SweepRecord> own = of_scene(records, scene);
   const double step = scene_step(own);
-  std::vector<SweepRecord> runs;
+  std::vector<EqualRowRun> runs;
+  std::array<double, 2> rows{};  // of one sweep, of A2 and of A3; runs that diverge have fewer
   for (const SweepRecord& record : own) {
     const Settings& s = record.settings;
-    if (!record.metrics || !record.engine.empty() || s.step != step || s.tau != 1 || s.kappa != 1) continue;
-    const bool is_a3 = s.algorithm == Algorithm::a3 && s.joints == Joints::rows && s.iterations == 1;
-    if (is_a3 || s.algorithm == Algorithm::a2) runs.push_back(record);
+    const bool is_a2 = s.algorithm == Algorithm::a2;
+    const Settings plain{.algorithm = s.algorithm,
+                         .step = step,
+                         .substeps = s.substeps,
+                         .iterations = is_a2 ? s.iterations : 1,
+                         .joints = Joints::rows};
+    const bool is_a3 = s.algorithm == Algorithm::a3;
+    if (!is_own_run(record) || !(is_a2 || is_a3) || label(s) != label(plain)) continue;
+    const int n = is_a2 ? s.iterations : s.substeps;
+    double& most = rows.at(is_a2 ? 0 : 1);
+    most = std::max(most, static_cast<double>(record.metrics->row_solves) / n);
+    runs.push_back({n, record});
+  }
+  // Count the equal parts in which A2 takes the step where joints are taut
+  const int parts = rows[1] > 0 ? std::max(1, static_cast<int>(std::lround(rows[0] / rows[1]))) : 1;
+  for (EqualRowRun& run : runs) {
+    if (run.record.settings.algorithm == Algorithm::a2) run.n *= parts;
   }
   return runs;
 }
@@ -224,8 +262,8 @@ std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records) {
 bool exceeds_uncertainty(const SweepRecord& record) {
   const double error = error_of(record);
   if (!std::isfinite(error)) return true;
-  const bool turns = !(record.metrics->error.position.rms > 0);
-  const double uncertainty = turns ? record.turn_uncertainty : record.uncertainty / record.size;
+  const double uncertainty =
+      is_turn_alone(record) ? record.turn_uncertainty : record.uncertainty / record.size;
   return error < smallest_plotted_error || error >= 100 * uncertainty;
 }
 
@@ -248,7 +286,7 @@ bool is_other_engine(const SweepRecord& record) {
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return infinity;
   const MotionDifference& error = record.metrics->error;
-  return error.position.rms > 0 ? error.position.rms / record.size : error.orientation.rms;
+  return is_turn_alone(record) ? error.orientation.rms : error.position.rms / record.size;
 }
 
 }  // namespace substep

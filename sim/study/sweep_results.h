@@ -18,8 +18,8 @@ std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 /// Returns true for a run of another engine.
 bool is_other_engine(const SweepRecord& record);
 
-/// Returns the RMS error over the scene's size; for bodies that turn in place the RMS turn in rad. It is not
-/// finite where the run ended early.
+/// Returns the RMS error over the scene's size; for bodies that turn about their centres the RMS turn in rad.
+/// It is not finite where the run ended early.
 double error_of(const SweepRecord& record);
 /// Returns error_of(); where the reference is known at the start alone, the largest joint gap or overlap over
 /// the scene's size.
@@ -55,9 +55,19 @@ bool has_contacts(const std::vector<SweepRecord>& records);
 /// Returns true where joints opened in some run.
 bool has_joints(const std::vector<SweepRecord>& records);
 
+/// A run that solves as many rows as n sub-steps of single rows with one iteration each.
+struct EqualRowRun {
+  int n = 1;
+  SweepRecord record;
+};
 /// Returns the runs at the scene's step and τ = κ = 1 of A3 with joints=rows and m = 1, and those of A2, with
-/// any m: the row solves of A3 with n sub-steps are those of A2 with m = n.
-std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
+/// any m, without other settings. Of A2 n is m times the equal parts in which it takes the scene's step.
+std::vector<EqualRowRun> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
+
+/// Returns error_or_gap_of() as percent() does, or "0.13 rad".
+std::string error_text(const SweepRecord& record);
+/// Returns true where bodies turn about their centres, so that errors are turns.
+bool turns_in_place(const std::vector<SweepRecord>& records);
 
 /// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
 std::string percent(double share);
@@ -68,8 +78,8 @@ inline constexpr double smallest_plotted_error = 1e-10;
 /// Returns true for a measured run of one of our algorithms: the five, Soft Step or AVBD.
 bool is_own_run(const SweepRecord& record);
 
-/// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m, the step and, of A3 to A5, τ, κ and the kind of
-/// joints where they are not the defaults. `joints`: whether the scene has joints.
+/// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m, the step and the other settings where they are
+/// not the defaults. `joints`: whether the scene has joints.
 std::string spoken(const SweepRecord& record, bool joints);
 
 /// Returns the cost that choices minimise: CPU time where it was measured, otherwise rows solved.

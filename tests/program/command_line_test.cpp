@@ -104,6 +104,7 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"video c.gltf --overlay error,velocity", "bodies have one colour"},
     {"video c.gltf --strip height", "--strip 'height': give some of error, gap, energy"},
     {"video c.gltf --freeze --no-reference", "there is none"},
+    {"video c.gltf --strip energy,error --no-reference", "there is none"},
     {"video c.gltf --end 100", "--end 100: must be from --start to the end of the run"},
     {"video c.gltf --start 1 --end 0.5", "--end 0.5: must be from --start"},
     {"video c.gltf --camera name:left", "has no such camera: "},
@@ -127,8 +128,15 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"player c.gltf --output chain.htm", "chain.htm: give a name that ends in .html"},
     {"player c.gltf --output missing/a.html", "there is no folder missing"},
     {"video c.gltf --loop loop.webp", "must be a .gif"},
-    {"video c.gltf --hold nan", "--hold nan"},
-    {"video c.gltf --poster p.png --poster-time nan", "--poster-time nan"},
+    {"video c.gltf --hold nan", "--hold: 'nan': give a number from 0 to 60"},
+    {"video c.gltf --poster p.png --poster-time 50", "--poster-time 50: the film ends at "},
+    {"video c.gltf --poster p.png --poster-time nan", "--poster-time: 'nan'"},
+    {"video c.gltf --fps 60 --output a.gif", "--fps 60: a .gif has at most 50 frames a second"},
+    {"video c.gltf --fps nan", "--fps: 'nan': give a number from 1 to 240"},
+    {"player c.gltf --speed nan", "--speed: 'nan'"},
+    {"export c.gltf --rate nan", "--rate: 'nan'"},
+    {"render c.gltf --layout stills --width 85 --text nan", "--text: 'nan'"},
+    {"render c.gltf --layout stills --width 85 --dpi 1e400", "--dpi: '1e400'"},
     {"video c.gltf --poster missing/a.png", "there is no folder missing"}};
 
 TEST_F(CommandLine, RefusesBadOptions) {

@@ -1,4 +1,4 @@
-// Frames of films: their layout, overlays and cameras.
+// Frames of films: their layout, strips, overlays and cameras.
 
 #include <gtest/gtest.h>
 
@@ -13,6 +13,7 @@
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
+#include "render/video/time_sheet.h"
 #include "sim/error.h"
 #include "sim/measure/motion.h"
 #include "tests/scene_files.h"
@@ -34,6 +35,26 @@ Comparison compared(const Scene& scene, double duration, const QuantityChoice& r
 Image frame_of(const Composition& composition, int k) {
   const Image picture(composition.picture_width(), composition.picture_height());
   return composition.frame(k, std::vector<Image>(6, picture));
+}
+
+TEST(Composition, CutsLongTitles) {
+  const Comparison comparison = compared(scene_named("pendulum"), 0.2);
+  const Image brief = frame_of(Composition(comparison, "test", 640, 360), 6);
+  const Image full = frame_of(Composition(comparison, std::string(160, 'm'), 640, 360), 6);
+  // The clock and the frame's number have at least 90 pixels.
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 640 - 90; x < 640; ++x)
+      ASSERT_EQ(brief.pixel(x, y)[0], full.pixel(x, y)[0]) << x << " " << y;
+  }
+}
+
+int pixels_of(const Image& image, const Color& color) {
+  int count = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    const auto is_near = [&](std::size_t c) { return std::abs(image.rgb[i + c] - color[c]) < 30; };
+    count += is_near(0) && is_near(1) && is_near(2) ? 1 : 0;
+  }
+  return count;
 }
 
 TEST(Composition, MarksDivergedRun) {
@@ -81,6 +102,15 @@ TEST(Composition, FillsFramesOfAnyShape) {
   EXPECT_NO_THROW(Composition(comparison, "test", 320, 180));
 }
 
+TEST(Composition, WrapsALongKey) {
+  const Comparison comparison = compared(scene_named("pendulum"), 0);
+  std::vector<KeyEntry> key(10, {"one of many items    ", film_colors::quiet});
+  const Color magenta{255, 0, 255};
+  key.emplace_back("■", magenta);
+  const Composition composition(comparison, "test", 360, 640, key);
+  EXPECT_GT(pixels_of(frame_of(composition, 0), magenta), 4);
+}
+
 TEST(Composition, StacksStrips) {
   const Comparison comparison = compared(scene_named("pendulum"), 0.2, {.gap = true, .energy = true});
   const Composition one(comparison, "test", 1280, 720);
@@ -90,13 +120,38 @@ TEST(Composition, StacksStrips) {
   EXPECT_THROW(strips_named({"height"}), Error);
 }
 
-int pixels_of(const Image& image, const Color& color) {
-  int count = 0;
-  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
-    const auto is_near = [&](std::size_t c) { return std::abs(image.rgb[i + c] - color[c]) < 30; };
-    count += is_near(0) && is_near(1) && is_near(2) ? 1 : 0;
-  }
-  return count;
+TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {
+  Comparison comparison;
+  render::Run& run = comparison.runs.emplace_back();
+  run.errors = {0, 2e-3, 5e-2, 0.3};
+  Decades decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_EQ(decades.lower, -3);
+  EXPECT_EQ(decades.upper, 0);
+  EXPECT_DOUBLE_EQ(decades.height(0.1), 2.0 / 3);
+  EXPECT_EQ(decades.height(0), 0);
+  EXPECT_EQ(decades.height(1e9), 1);
+  run.errors = {1e-12, 1e-12, 1e12};
+  decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_EQ(decades.lower, -3);
+  EXPECT_EQ(decades.upper, 2);
+  run.errors = {0, 0};
+  decades = axis_of(comparison, Strip::error).decades;
+  EXPECT_LT(decades.lower, decades.upper);
+}
+
+TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
+  Comparison comparison;
+  std::vector<double>& energies = comparison.runs.emplace_back().readings.energies;
+  for (int i = 0; i < 100; ++i) energies.push_back(-0.03 * i);
+  StripAxis axis = axis_of(comparison, Strip::energy);
+  EXPECT_EQ(axis.low, -5);
+  EXPECT_EQ(axis.high, 0.5);  // room for the line of the start
+  EXPECT_EQ(axis.height(-5), 0);
+  EXPECT_NEAR(axis.height(0), 5 / 5.5, 1e-12);
+  energies.back() = 1e30;
+  axis = axis_of(comparison, Strip::energy);
+  EXPECT_LT(axis.high, 50);
+  EXPECT_EQ(axis.height(1e30), 1);
 }
 
 /// Tests overlays on a grey picture of a pendulum.
@@ -214,10 +269,64 @@ TEST_F(Overlay, DrawsAScaleOfARoundImpulse) {
   EXPECT_NEAR(right, 8 + 60, 3);
 }
 
+TEST_F(Overlay, WritesADivergenceOfTheFrame) {
+  ReferenceRun reference;
+  reference.poses = {run_.poses[0], run_.poses[0]};
+  reference.poses[0][1].linear.x() += 0.5;
+  reference.poses[1][1].linear.x() += 0.7;
+  OverlayFrame frame{scene_, view_, run_};
+  frame.reference = &reference;
+  Image first = picture_;
+  draw_divergence(first, 1, frame);
+  frame.k = 1;
+  Image second = picture_;
+  draw_divergence(second, 1, frame);
+  EXPECT_NE(first.rgb, picture_.rgb);
+  EXPECT_NE(first.rgb, second.rgb);  // 500 and 700 mm
+}
+
 TEST_F(Overlay, RejectsUnknownNames) {
   EXPECT_THROW(overlays_named({"trails", "forces"}), Error);
   EXPECT_THROW(overlays_named({"error", "velocity"}), Error);
   EXPECT_FALSE(overlays_named({}).any());
+}
+
+/// Returns a figure of one run, whose pictures have 320x180 pixels, gaps of 8 and lines of 22.
+Image figure_of(const Scene& scene, const std::string& panel, const std::vector<double>& times) {
+  TimeSheetSettings sheet;
+  Settings base = default_settings(Algorithm::a5);
+  base.step = sheet.comparison.step = scene.step;
+  sheet.comparison.panels = {panel_in(panel, base)};
+  sheet.comparison.has_reference = panel == "reference";
+  sheet.comparison.reference_substeps = 8;
+  sheet.times = times;
+  sheet.title = std::string(160, 'm');
+  sheet.width = 320;
+  sheet.height = 180;
+  sheet.camera = still_camera_named("scene", scene);
+  return draw_time_sheet(scene, sheet).image;
+}
+
+TEST(TimeSheet, StepsBackToAFlyingBody) {
+  Scene loaded = scene_named("tumbling_body");
+  loaded.gravity = Vector3::Zero();
+  loaded.bodies[1].linear_velocity = {5, 0, 0};
+  const Image figure = figure_of(loaded, "a5", {1.9, 2});
+  const int top = 8 + 3 * 22 + 22;
+  int changed = 0;
+  for (int y = top; y < top + 180 - 22; ++y) {
+    for (int x = 8; x < 8 + 320; ++x)
+      changed += std::abs(figure.pixel(x, y)[0] - figure.pixel(x + 328, y)[0]) > 30 ? 1 : 0;
+  }
+  EXPECT_GT(changed, 10);  // 0 where the body is out of sight
+  for (int y = 0; y < 8 + 22; ++y) ASSERT_EQ(figure.pixel(figure.width - 4, y)[0], 255);  // beside the title
+}
+
+TEST(TimeSheet, MarksAnUnknownReference) {
+  const Image figure = figure_of(scene_named("short_chain"), "reference", {0.5});
+  Image note(320, 22);
+  paste(note, figure, -8, -(8 + 3 * 22 + 22 + 180 - 22));
+  EXPECT_GT(pixels_of(note, {40, 43, 50}), 10);  // 0 without the note
 }
 
 TEST(FilmCamera, HoldsAllRunsButAnExplosion) {

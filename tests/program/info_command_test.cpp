@@ -39,6 +39,7 @@ TEST_F(InfoCommand, ExplainsSubsteps) {
   EXPECT_THAT(words("ragdoll.gltf"), HasSubstr(" n=32 "));
   EXPECT_THAT(words("ragdoll.gltf"), testing::EndsWith("; n as its file says"));
   EXPECT_THAT(words("box_stack.gltf"), testing::Not(HasSubstr(";")));
+  EXPECT_THAT(words("box_stack.gltf"), HasSubstr("by default: A3 ")) << "the algorithm of run";
 }
 
 TEST_F(InfoCommand, GivesTheSameAsJson) {

@@ -45,6 +45,9 @@ TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
       {"A2  m=1  h=1/60 | 15840 |", "A2  m=1  h=1/480 | 15840 |", "A3  n=8 m=1 stable  h=1/60 | 15840 |"});
   // A1 and A2 take the step in eight parts, with which A1 holds the chain.
   EXPECT_THAT(outcome.out, testing::ContainsRegex("A1  h=1/60 . 158[0-9][0-9] .[^\n]* yes"));
+  const std::string words = "measure $S/heavy_chain.gltf --duration 0.1 --horizon 0.05 --brief --markdown";
+  expect(words + " --substeps 16", 0, {"A2  m=2  h=1/60 | 3168 |", "A3  n=16 m=1 τ="});
+  expect(words + " --substeps 4", 0, {"A2  m=1  h=1/60 | "}, {"note: A2 takes a step in 8 parts"});
 }
 
 TEST_F(MeasureCommand, SpendsRowSolvesOnShorterStepsOfA1) {
@@ -55,10 +58,19 @@ TEST_F(MeasureCommand, SpendsRowSolvesOnShorterStepsOfA1) {
       0, {"A1  h=1/960 | "});
 }
 
+TEST_F(MeasureCommand, WarmStartsAllButA1) {
+  expect("measure $S/pendulum.gltf --duration 0.2 --set warm_start=0.5 --brief --markdown", 0,
+         {"A1  h=1/60 | ", "warm=0.5  h=1/60 | "});
+  refuses("measure $S/pendulum.gltf --set alpha=0.5", "alpha 0.5: A1 does not read it");
+}
+
 TEST_F(MeasureCommand, RefusesBadOptions) {
   refuses("measure $S/pendulum.gltf --brief --all", "give one of them");
   refuses("measure $S/pendulum.gltf --step 0.01", "must be a whole part or multiple");
   refuses("measure $S/pendulum.gltf --set joints=loose", "give rows, plain or stable");
+  refuses("measure $S/pendulum.gltf --set tau=1,tau=2", "--set 'tau': is given twice");
+  refuses("measure $S/pendulum.gltf --set tau=1/2,contact_tau=1", "--set 'contact_tau': is given twice");
+  refuses("measure $S/pendulum.gltf --set n=4 --substeps 8", "--substeps '8': --set gives substeps too");
   refuses("measure $S/pendulum.gltf --substeps 0", "substeps 0");
   refuses("measure $S/pendulum.gltf --horizon 0", "must be at least a step");
   refuses("measure nothing.gltf", "nothing.gltf");

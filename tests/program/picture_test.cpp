@@ -140,6 +140,41 @@ TEST_F(Pictures, FreezeWhereARunDiverges) {
   EXPECT_EQ(frames("--freeze"), moving + 15);  // 1.5 s more
 }
 
+TEST_F(Pictures, FollowABodyFromItsStart) {
+  const auto at_the_end = [&](const std::string& start, const std::string& frame) {
+    printed(
+        "video $S/pendulum.gltf --panel a5 --no-reference --camera follow:rod --size 320x180 --hold 0 --fps "
+        "10 "
+        "--end 0.2 --frames film --start " +
+        start);
+    return read_png(folder() / "film" / frame);
+  };
+  const Image whole = at_the_end("0", "frame_0002.png");
+  const Image late = at_the_end("0.1", "frame_0001.png");
+  // Below the title and the number of the frame
+  for (int y = 50; y < 170; ++y) {
+    for (int x = 0; x < 320; ++x) ASSERT_EQ(whole.pixel(x, y)[1], late.pixel(x, y)[1]) << x << " " << y;
+  }
+}
+
+TEST_F(Pictures, DrawTrailsOfTheScenesLastSecond) {
+  const auto last_frame = [&](const std::string& rate) {
+    printed(
+        "video $S/pendulum.gltf --panel a5 --no-reference --overlay trails --size 320x180 --hold 0 --end 1 "
+        "--frames film " +
+        rate);
+    return content("film/frame_0010.png");
+  };
+  EXPECT_EQ(last_frame("--fps 10"), last_frame("--fps 5 --speed 0.5"));
+}
+
+TEST_F(Pictures, NameALastFrameBeforeTheEnd) {
+  expect(
+      "video $S/pendulum.gltf --panel a5 --no-reference --size 320x180 --fps 10 --duration 0.25 --frames "
+      "film",
+      0, {"the last frame is at 0.2 s, before the end at 0.25 s\n"});
+}
+
 TEST_F(Pictures, ShowEachSceneOnceOnASheet) {
   printed(
       "render --layout sheet $S/rod_chain.gltf $S/pendulum.gltf $S/incline.gltf --columns 2 --size 64x36 "
@@ -247,6 +282,9 @@ TEST_F(Pictures, BecomeAPosterAndALoop) {
   EXPECT_EQ(read_png(folder() / "poster.png").height, 180);
   EXPECT_EQ(content("loop.gif").substr(0, 6), "GIF89a");
   EXPECT_LE(content("loop.gif").size(), 2'000'000u);
+  // Every third of seven frames: every second one would be 60 frames a second.
+  made_film("--fps 120 --end 0.05 --loop loop.gif");
+  EXPECT_EQ(std::stoi(probed("stream=nb_read_frames", "loop.gif")), 3);
 }
 
 }  // namespace

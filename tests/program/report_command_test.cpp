@@ -22,6 +22,12 @@ TEST_F(FigureCommand, DrawsStabilityMapWithoutASweep) {
   EXPECT_THAT(content("map.txt"), testing::StartsWith("Stability of one constraint row"));
 }
 
+TEST_F(FigureCommand, DrawsOverlapsOfSweepsAndSubsteps) {
+  printed("report figure drift --scenes $S --output drift.svg");
+  for (const char* const algorithm : {"A2", "A3", "A4", "A5"})
+    EXPECT_THAT(content("drift.csv"), HasSubstr(std::string("contacts\",\"") + algorithm));
+}
+
 TEST_F(FigureCommand, RefusesBadOptions) {
   for (const auto& [words, message] :
        {std::pair("portrait", "there is no figure 'portrait'; there are work-rows"),
@@ -79,7 +85,7 @@ TEST_F(ReportCommand, MapsAScene) {
   EXPECT_EQ(std::ranges::count(factors, '\n'), 1 + 2 * 5 * 5);
   // τ = 1.8 lies above 4 − 2κ at κ = 1.6 alone, where a row is unstable.
   EXPECT_THAT(factors, HasSubstr("\"not bounded\",\"κ\",\"τ\",1.6,1.8,"));
-  EXPECT_THAT(content("page/report.md"), HasSubstr("(figures/map-factors.svg)"));
+  EXPECT_THAT(content("page/report.md"), HasSubstr("(<figures/map-factors.svg>)"));
 }
 
 TEST_F(ReportCommand, PrintsOneTable) {

@@ -103,6 +103,9 @@ TEST_F(RunCommand, StrictFailsOnViolations) {
 TEST_F(RunCommand, WarnsOfImpossibleMotion) {
   expect("run $S/heavy_on_light.gltf --algorithm a2", 0, {},
          {"substep: warning: heavy_on_light: A2", ": not bounded: penetration 0."});
+  // Warnings name the settings as they were given.
+  expect("run $S/heavy_on_light.gltf --algorithm a5 --substeps 1", 0, {},
+         {": A5  n=1 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60: not bounded: penetration 0."});
   const Outcome strict = expect("run $S/heavy_on_light.gltf --algorithm a2 --strict", 1, {});
   EXPECT_THAT(strict.err, testing::Not(HasSubstr("warning")));
   // The gap exceeds a hundredth of the scene's size, and causes a warning only.

@@ -149,7 +149,9 @@ TEST_P(EveryField, IsAnOption) {
   printed("run $S/pendulum.gltf --duration 0.02 --output one.poses --algorithm " + algorithm + key);
   const PoseLog log = read_pose_log(folder() / "one.poses");
   EXPECT_EQ(typed(log.settings), typed(changed()));
-  EXPECT_THAT(printed("help settings"), HasSubstr("  " + name() + " "));
+  const std::string help = printed("help settings");
+  EXPECT_THAT(help, HasSubstr("  " + name() + " "));
+  EXPECT_THAT(help, HasSubstr(" soft or avbd; default a3\n"));
 }
 
 using ContactSettings = Program;

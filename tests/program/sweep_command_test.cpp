@@ -79,6 +79,11 @@ TEST_F(SweepCommand, MergesParts) {
   printed("sweep small.toml --output parts --merge");
   EXPECT_EQ(content("whole/sweep.json"), content("parts/sweep.json"));
   EXPECT_EQ(content("whole/errors.csv"), content("parts/errors.csv"));
+  // A part of another sweep leaves no results of the old one.
+  write("small.toml", "horizon = 0.1\n" + grid("pendulum.gltf", "algorithms = ['a1', 'a2']"));
+  printed("sweep small.toml --output parts --job 1/2");
+  refuses("report figure work-rows --results parts", "parts/sweep.json: cannot be read");
+  EXPECT_FALSE(has("parts/errors.csv"));
 }
 
 TEST_F(SweepCommand, ListsEnginesThatCannotRun) {
@@ -90,9 +95,15 @@ TEST_F(SweepCommand, ListsEnginesThatCannotRun) {
   write("engine.toml", "horizon = 0.1\n" + grid("pendulum.gltf", "algorithms = ['a1']") +
                            "engines = ['ode-step', 'no-such']\n");
   const std::string program = "LD_LIBRARY_PATH=broken $P ";
-  ASSERT_EQ(command(program + "sweep engine.toml --output engine").exit_code, 0);
+  const Outcome sweep = command(program + "sweep engine.toml --output engine");
+  ASSERT_EQ(sweep.exit_code, 0) << sweep.err;
   const std::string message = "ODE is not installed: on Debian 12, apt-get install libode8 (";
-  expect_content("engine/sweep.json", {"the program was built without it", message});
+  EXPECT_THAT(sweep.err,
+              HasSubstr("2 of 3 runs are omitted; the first is pendulum.ode-step-h1-m10: " + message));
+  expect_content("engine/sweep.json", {"no such engine is built in; there are order-4, ", message});
+  // With the library, the next sweep runs the engine.
+  expect("sweep engine.toml --output engine", 0, {"3 jobs, 2 of them done now"},
+         {"1 of 3 runs are omitted; the first is pendulum.no-such-h1-m10: no such engine"});
   const Outcome film = command(program + "video pendulum.gltf --panel ode");
   EXPECT_EQ(film.exit_code, 0) << film.err;
   EXPECT_THAT(film.out, HasSubstr("not simulated: " + message)) << "its panel and its row say why";
@@ -110,6 +121,8 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
         {grid("pendulum.gltf", "algorithm = ['a3']"), "unknown key 'algorithm'"},
         {"properties = 1\n" + good, "bad.toml:1: 'properties' must be true or false"},
         {"horizon = 1\n[horizons]\nmoon = 1\n" + good, "no grid has a scene 'moon'"},
+        {"horizon = 0.01\n" + good, "pendulum.gltf: horizon 0.01 s: must be at least a step"},
+        {"[horizons]\npendulum = 0.01\n" + good, "pendulum.gltf: horizon 0.01 s: must be at least a step"},
         {grid("moon_*.gltf", "algorithms = ['a1']"), "no file matches 'moon_*.gltf'"},
         {grid("moon/*.gltf", "algorithms = ['a1']"), "no file matches 'moon/*.gltf'"}}) {
     write("bad.toml", text);

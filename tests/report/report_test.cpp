@@ -42,9 +42,8 @@ class SweepResults : public testing::Test {
     fs::rename(written, folder / "small.toml");
     const Sweep sweep = read_sweep(folder / "small.toml");
     run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
-    merge_sweep(sweep, folder / "results");
     source_ = new FigureSource;
-    source_->records = read_records(folder / "results");
+    source_->records = merge_sweep(sweep, folder / "results");
     source_->scenes = scenes_folder();
     source_->properties = false;
   }
@@ -146,7 +145,7 @@ TEST_F(SweepResults, FillInThePage) {
   EXPECT_THAT(page, testing::StartsWith("# Speed against error of A1 to A5\n\n## What to choose\n"));
   EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the root mean square distance"));
   EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // the template breaks a line here
-  EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
+  EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](<figures/order.svg>)"));
   for (const char* const heading :
        {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
         "## What stays bounded", "### pendulum", "## References"}) {
@@ -202,6 +201,10 @@ TEST_F(SweepResults, ShowScenesThatAnEngineRan) {
   const Sheet steps = figure_named("engine-steps").make(beside);
   ASSERT_EQ(steps.panels.size(), 1u);
   EXPECT_EQ(std::ranges::count(steps.panels[0].series, "some-engine", &Series::title), 1);
+  beside.records.back().settings.iterations = 4;
+  const Sheet by_m = figure_named("engine-steps").make(beside);
+  ASSERT_EQ(by_m.panels.size(), 1u);
+  EXPECT_EQ(std::ranges::count(by_m.panels[0].series, "some-engine m=4", &Series::title), 1);
 }
 
 TEST_F(SweepResults, NameTheSideAheadAtEachError) {

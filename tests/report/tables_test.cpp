@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -52,6 +53,10 @@ TEST(Descendants, UseTheMostRowsWithinTheBudget) {
   EXPECT_EQ(cells["Soft Step"], "0.02");
   EXPECT_EQ(cells["AVBD"], "lost");
   EXPECT_EQ(cells["A1"], "–");  // it costs more
+  FigureSource untimed;
+  untimed.records = records;
+  EXPECT_TRUE(equal_cost_of_descendants(records, Cost::time).empty());
+  EXPECT_TRUE(figure_named("descendants-time").make(untimed).panels.empty());
   records.resize(1);
   EXPECT_TRUE(equal_cost_of_descendants(records, Cost::rows).empty());
 }
@@ -139,6 +144,56 @@ TEST(ValidityMaps, JoinTheLinksOfALongerChain) {
   EXPECT_THROW(lengthened_chain(scene_named("pendulum"), 5), Error);
 }
 
+/// Returns a run of A3 with single rows or of A2, with n sub-steps or iterations.
+SweepRecord single_rows(Algorithm algorithm, int n, std::int64_t row_solves, double error) {
+  SweepRecord record = standing(algorithm, 1, row_solves, 0);
+  record.settings = {};
+  record.settings.algorithm = algorithm;
+  record.settings.joints = Joints::rows;
+  (algorithm == Algorithm::a2 ? record.settings.iterations : record.settings.substeps) = n;
+  record.size = 1;
+  record.metrics->error.position = {error, error};
+  return record;
+}
+
+TEST(EqualRows, CountPartsOfTheStep) {
+  // A2 takes the step in eight parts.
+  FigureSource source;
+  source.properties = false;
+  source.records = {single_rows(Algorithm::a3, 1, 100, 0.5),     single_rows(Algorithm::a3, 16, 1600, 0.1),
+                    single_rows(Algorithm::a2, 1, 800, 0.4),     single_rows(Algorithm::a2, 2, 1600, 0.2),
+                    single_rows(Algorithm::a2, 16, 12800, 0.01), single_rows(Algorithm::a2, 2, 1600, 0.05)};
+  source.records.back().settings.relaxation = 1.3;  // not compared
+  const EqualRows equal = equal_rows(source.records);
+  ASSERT_EQ(equal.table.rows.size(), 1u);
+  EXPECT_THAT(equal.table.rows[0], testing::ElementsAre("stack", "16", "10 %", "20 %", "0.5"));
+  EXPECT_THAT(equal.won_on, testing::ElementsAre("stack"));
+  const Sheet sheet = figure_named("equal-rows").make(source);
+  ASSERT_EQ(sheet.panels.size(), 1u);
+  EXPECT_EQ(sheet.panels[0].x.range.value()[1], 160);  // 16 iterations in each part are n = 128
+  const auto page = [&] {
+    return to_markdown(report_page(source, {{"equal-rows", {"<svg/>", {}, {}, {}}}}));
+  };
+  EXPECT_THAT(page(), HasSubstr("on 1 of 1 scenes: stack."));
+  source.records.erase(source.records.begin() + 3);
+  EXPECT_THAT(page(), AllOf(HasSubstr("equal-rows.svg"), Not(HasSubstr("At equal row solves (equal step"))));
+}
+
+TEST(ReportTables, LimitsHaveAColumnForEachSetting) {
+  std::vector<SweepRecord> records{single_rows(Algorithm::a2, 4, 1, 0), single_rows(Algorithm::a2, 4, 1, 0),
+                                   standing(Algorithm::avbd, 5, 1, 0)};
+  records[0].settings.relaxation = 1.6;
+  constexpr std::array divisions{1, 9, 49};
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    records[i].metrics.reset();
+    records[i].limit = StabilityLimit{divisions[i], 64, 1};
+  }
+  const TextTable table = limits_table(records, false);
+  EXPECT_THAT(table.head, testing::ElementsAre("scene", "A2 m=4", "A2 m=4 ω=1.6", "AVBD"));
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_THAT(table.rows[0], testing::ElementsAre("stack", "h/9", "h", "m = 49"));
+}
+
 /// Returns a run of two known figures with these measured values.
 SweepRecord judged_run(const std::string& scene, Algorithm algorithm, double way, double height) {
   SweepRecord record;
@@ -188,14 +243,14 @@ Document document() {
   document.heading(1, "Page");
   document.paragraph("1 < 2, **strong** and `code`");
   document.table({{"", "a|b"}, {{"row", "1"}}});
-  document.picture("about", "figures/one.svg", "<svg a=\"1\">é</svg>");
+  document.picture("about", "figures/one 1.svg", "<svg a=\"1\">é</svg>");
   return document;
 }
 
 TEST(Document, BecomesMarkdown) {
   EXPECT_EQ(to_markdown(document()),
             "# Page\n\n1 < 2, **strong** and `code`\n\n|  | a\\|b |\n|---|---:|\n| row | 1 |\n\n"
-            "![about](figures/one.svg)\n");
+            "![about](<figures/one 1.svg>)\n");
 }
 
 TEST(Document, BecomesOneHtmlFile) {
@@ -205,7 +260,7 @@ TEST(Document, BecomesOneHtmlFile) {
         "<th>a|b</th>", "data:image/svg+xml;charset=utf-8,%3Csvg a=%221%22%3E%C3%A9%3C/svg%3E"}) {
     EXPECT_THAT(html, HasSubstr(part));
   }
-  EXPECT_THAT(html, Not(HasSubstr("figures/one.svg")));
+  EXPECT_THAT(html, Not(HasSubstr("figures/one 1.svg")));
   // Wide tables scroll on a phone. Blanks in property names would make browsers ignore the style.
   const std::string style = html.substr(0, html.find("</style>"));
   EXPECT_THAT(style, AllOf(HasSubstr(".table{overflow-x:auto}"), HasSubstr("@media(max-width:700px)"),

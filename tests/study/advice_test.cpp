@@ -81,6 +81,28 @@ TEST(Advice, RejectsRunsThatChangeEnergy) {
   EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
 }
 
+TEST(Advice, NamesSettingsThatAreNoDefaults) {
+  SweepRecord record = run(Algorithm::a2, 1, 0, 1);
+  record.settings.iterations = 16;
+  record.settings.relaxation = 1.6;
+  record.settings.step = 2.5;
+  EXPECT_EQ(spoken(record, true), "A2 with m = 16, ω = 1.6, h = 2.5 s");
+  record.settings = default_settings(Algorithm::a5);
+  record.settings.warm_start = 0.5;
+  EXPECT_EQ(spoken(record, true), "A5 with n = 10, warm = 0.5, h = 1/60 s");
+}
+
+TEST(Advice, GivesTurnsInRadians) {
+  SweepRecord record = run(Algorithm::a5, 16, 4.6e-14, 10);  // its centres drift, and err by rounding
+  record.metrics->error.orientation = {0.132, 0.2};
+  EXPECT_EQ(error_of(record), 0.132);
+  EXPECT_EQ(error_text(record), "0.132 rad");
+  EXPECT_EQ(error_or_gap_title({record}), "RMS turn, rad");
+  EXPECT_THAT(advice({record}), HasSubstr("No run stays within 0.01 rad"));
+  record.metrics->error.position = {0.02, 0.02};
+  EXPECT_EQ(error_text(record), "2 %");
+}
+
 TEST(Order, IgnoresErrorsBelowHundredUncertainties) {
   std::vector<SweepRecord> runs;
   for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, n < 8 ? 0.01 / n : 0.00001, n));

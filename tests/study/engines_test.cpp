@@ -313,6 +313,10 @@ TEST_F(CommandEngine, ResolvesFilesInFolder) {
             (Command{"python3", script.string(), "other.py", "{poses}"}));
   EXPECT_EQ(command_engine({"python3", script.string(), "{poses}"}).label, "mine");
   EXPECT_EQ(command_engine({"/usr/bin/mine", "{poses}"}).label, "mine");
+  // A missing file gives the label that it gave when it was there.
+  EXPECT_EQ(command_engine({"python3", "--dt=1/0.5", "../gone.py", "{poses}"}).label, "gone");
+  EXPECT_EQ(command_engine({"../build/gone", script.string(), "{poses}"}).label, "gone");
+  EXPECT_EQ(command_engine({"mine", "--dt", "0.5", "--models", "../models/", "{poses}"}).label, "mine");
 }
 
 }  // namespace

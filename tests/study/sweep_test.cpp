@@ -2,10 +2,11 @@
 
 #include "sim/study/sweep.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <string>
 
+#include "sim/log/file_output.h"
 #include "sim/model/settings_fields.h"
 #include "sim/model/usual_settings.h"
 #include "tests/error_message.h"
@@ -62,6 +63,22 @@ TEST(SweepFile, GivesEnginesTenIterations) {
   EXPECT_EQ(one.jobs.at(0).key, "pendulum.bullet-si-h2-m10");
 }
 
+TEST(SweepFile, RoundsDurationToWholeSteps) {
+  const test::TemporaryFolder folder;
+  const std::string text = content_of(scenes_folder() / "pendulum.gltf").value();
+  const std::string whole = "\"duration\":5.0,";
+  const std::size_t begin = text.find(whole);
+  ASSERT_NE(begin, std::string::npos);
+  const auto duration_of = [&](const std::string& duration) {
+    std::string other = text;
+    other.replace(begin, whole.size(), "\"duration\":" + duration + ",");
+    return sweep_of({folder.write("pendulum.gltf", other)}, false).scenes.at("pendulum").duration;
+  };
+  EXPECT_EQ(duration_of("5.0"), 5);
+  EXPECT_NEAR(duration_of("4.99"), 299.0 / 60, 1e-12);
+  EXPECT_THAT(test::message_of([&] { duration_of("1e9"); }), testing::HasSubstr("from the scene's step"));
+}
+
 SweepRecord example() {
   SweepRecord record;
   record.key = "0123";
@@ -97,6 +114,13 @@ TEST(SweepRecord, RoundTripKeepsRecord) {
   EXPECT_EQ(read.metrics->row_solves, 1200);
   EXPECT_EQ(read.times->median, 0.002);
   EXPECT_EQ(read.limit->runs, 5);
+}
+
+TEST(SweepRecord, QuotesSceneInCsv) {
+  SweepRecord record = example();
+  record.scene = "slow \"pendulum\", 0.4";
+  for (const std::string& text : {errors_csv({record}), times_csv({record})})
+    EXPECT_THAT(text, testing::HasSubstr("\n\"slow \"\"pendulum\"\", 0.4\",a3,"));
 }
 
 TEST(SweepRecord, RefusesImpossibleValues) {

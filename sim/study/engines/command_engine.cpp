@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,27 +19,6 @@ namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A temporary folder for the files of one run, which its destructor removes.
-class RunFolder {
- public:
-  RunFolder() {
-    std::string name = (fs::temp_directory_path() / "substep-run-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Error("{}: no folder can be made", name);
-    path_ = name;
-  }
-  ~RunFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-
-  fs::path file(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 void replace(std::string& text, std::string_view from, const std::string& to) {
   for (std::size_t i = text.find(from); i != std::string::npos; i = text.find(from, i + to.size())) {
@@ -94,7 +72,13 @@ Command with_files_in(Command command, const fs::path& folder) {
 
 Engine command_engine(const Command& command) {
   std::error_code ignored;
-  const auto is_file = [&](const std::string& word) { return fs::is_regular_file(word, ignored); };
+  // Count a path that may be missing, such as one of a program to build, so that the label never changes.
+  const auto is_file = [&](const std::string& word) {
+    const bool is_path = word.find('/') != std::string::npos && word.find('{') == std::string::npos;
+    const bool has_form =
+        &word == &command.front() || (!word.starts_with('-') && fs::path(word).has_extension());
+    return (is_path && has_form) || fs::is_regular_file(word, ignored);
+  };
   const auto script = std::ranges::find_if(command, is_file);
   const std::string label = fs::path(script == command.end() ? command.front() : *script).stem().string();
   const MakeStepper make = [command](const Scene& scene, const Settings& settings) {
@@ -105,14 +89,16 @@ Engine command_engine(const Command& command) {
 
 std::vector<State> run_command(const Command& command, const Scene& scene, const Settings& settings,
                                double time_limit) {
-  const RunFolder folder;
-  const fs::path poses = folder.file("poses.csv");
+  const PartialFile folder(fs::temp_directory_path() / "substep-run", PartialFile::Kind::folder);
+  const fs::path scene_file = folder.path() / "scene.json";
+  const fs::path settings_file = folder.path() / "settings.json";
+  const fs::path poses = folder.path() / "poses.csv";
   Command words = command;
   bool has_poses = false;
   for (std::string& word : words) {
     has_poses = has_poses || word.find("{poses}") != std::string::npos;
-    replace(word, "{scene}", folder.file("scene.json").string());
-    replace(word, "{settings}", folder.file("settings.json").string());
+    replace(word, "{scene}", scene_file.string());
+    replace(word, "{settings}", settings_file.string());
     replace(word, "{poses}", poses.string());
   }
   if (!has_poses) {
@@ -120,12 +106,12 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
   }
   // Replace invalid UTF-8, since names come from files in any encoding.
   constexpr auto replaced = Json::error_handler_t::replace;
-  write_file(folder.file("scene.json"), scene_json(scene).dump(1, ' ', false, replaced));
-  write_file(folder.file("settings.json"), Json{{"step", settings.step},
-                                                {"duration", scene.duration},
-                                                {"iterations", settings.iterations},
-                                                {"substeps", settings.substeps}}
-                                               .dump());
+  write_file(scene_file, scene_json(scene).dump(1, ' ', false, replaced));
+  write_file(settings_file, Json{{"step", settings.step},
+                                 {"duration", scene.duration},
+                                 {"iterations", settings.iterations},
+                                 {"substeps", settings.substeps}}
+                                .dump());
   run_program(words, time_limit);
   std::error_code ignored;
   if (!fs::is_regular_file(poses, ignored)) throw Error("{} wrote no poses", words.front());

@@ -200,4 +200,10 @@ const Engine* find_engine(std::string_view name) {
   return found == engines().end() ? nullptr : &*found;
 }
 
+std::string engine_names() {
+  std::string names;
+  for (const Engine& engine : engines()) names += (names.empty() ? "" : ", ") + engine.name;
+  return names;
+}
+
 }  // namespace substep

@@ -35,6 +35,9 @@ const std::vector<Engine>& engines();
 /// Returns the engine of a name, or null.
 const Engine* find_engine(std::string_view name);
 
+/// Returns the names of engines(), for messages: "order-4, order-8, …".
+std::string engine_names();
+
 /// A program and its arguments, in which {scene}, {settings} and {poses} stand for files: the scene as `info
 /// --json` prints it; {"step", "duration", "iterations", "substeps"}; and the pose table that it writes.
 using Command = std::vector<std::string>;
@@ -42,7 +45,8 @@ using Command = std::vector<std::string>;
 /// Returns the command with each word that names a file in `folder` replaced by that file's path.
 Command with_files_in(Command command, const std::filesystem::path& folder);
 
-/// Returns the engine of a command; its label is the stem of the first file in it, else of the program.
+/// Returns the engine of a command; its label is the stem of the first file in it, which may be missing, else
+/// of the program.
 Engine command_engine(const Command& command);
 
 /// Runs the command on a scene for its duration and returns the states at each step. Throws Error where
