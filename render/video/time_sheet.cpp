@@ -120,17 +120,17 @@ Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
 /// Draws the sheet's title, and below it the settings of all runs and the quantity of their notes.
 void draw_head(Image& image, const Grid& grid, const TimeSheetSettings& settings,
                const Comparison& comparison, const std::string& shared) {
-  const int room = image.width - 2 * grid.gap;
-  if (!settings.title.empty()) {
-    TextStyle bold{.size = 1.2 * settings.text, .color = text_color, .bold = true};
-    while (bold.size > 6 && text_width(settings.title, bold) > room) bold.size *= 0.97;
-    draw_text(image, grid.left, grid.gap + settings.text, cut(settings.title, bold, room), bold);
-  }
+  // Draw a line of text, as large as fits.
+  const auto draw_line = [&](double base, const std::string& text, TextStyle style) {
+    const int room = image.width - 2 * grid.gap;
+    while (style.size > 6 && text_width(text, style) > room) style.size *= 0.97;
+    draw_text(image, grid.left, base, cut(text, style, room), style);
+  };
+  draw_line(grid.gap + settings.text, settings.title,
+            {.size = 1.2 * settings.text, .color = text_color, .bold = true});
   const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
   const std::string legend = shared + (shared.empty() || notes.empty() ? "" : " · ") + notes;
-  TextStyle small{.size = settings.text, .color = quiet};
-  while (small.size > 6 && text_width(legend, small) > room) small.size *= 0.97;
-  draw_text(image, grid.left, grid.top - 1.4 * grid.line, legend, small);
+  draw_line(grid.top - 1.4 * grid.line, legend, {.size = settings.text, .color = quiet});
 }
 
 }  // namespace
