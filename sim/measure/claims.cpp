@@ -44,9 +44,6 @@ std::string figures_of(const Claim& claim) {
 constexpr std::string_view ablation_caption =
     "Largest distance of a body's centre from A3 after 1 s with one approximation in A3, in m (plain joints)";
 
-constexpr std::string_view energy_caption =
-    "Largest rise of energy above the start's in 5 s, in J, of scenes that nothing drives (n = 4, m = 1)";
-
 TextTable ablation_table(claims::Measurement& measurement) {
   TextTable table{{"approximation"}, {}};
   for (const Approximation& approximation : approximations)
@@ -64,34 +61,13 @@ TextTable ablation_table(claims::Measurement& measurement) {
   return table;
 }
 
-TextTable energy_table(claims::Measurement& measurement) {
-  const std::vector<std::string> scenes{"pendulum", "rod_chain", "heavy_chain"};
-  TextTable table{{""}, {}};
-  table.head.insert(table.head.end(), scenes.begin(), scenes.end());
-  const auto add = [&](const std::string& run, Algorithm algorithm, int m, Joints joints) {
-    std::vector<std::string> row{run};
-    for (const std::string& name : scenes) {
-      const MeasuredRun result = measurement.run(name, algorithm, 4, m, joints, 5);
-      row.push_back(number(result.diverged ? infinity : result.energy_growth));
-    }
-    table.rows.push_back(std::move(row));
-  };
-  add("A1", Algorithm::a1, 1, Joints::plain);
-  add("A2, m = 4", Algorithm::a2, 4, Joints::plain);
-  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    for (const Joints joints : {Joints::plain, Joints::stable})
-      add(fmt::format("{}, {}", title_of(algorithm), name(joints)), algorithm, 1, joints);
-  }
-  return table;
-}
-
 }  // namespace
 
 std::string measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress) {
   using namespace claims;
   Measurement measurement(folder);
-  constexpr std::array all{claim1,  claim2,  claim3,  claim4,  claim5,  claim6,  claim7,  claim8, claim9,
-                           claim10, claim11, claim12, claim13, claim14, claim15, claim16, claim17};
+  constexpr std::array all{claim1,  claim2,  claim3,  claim4,  claim5,  claim6,  claim7,  claim8,  claim9,
+                           claim10, claim11, claim12, claim13, claim14, claim15, claim16, claim17, claim18};
   std::string text;
   double done = 0;
   for (const auto measure : all) {
@@ -100,9 +76,7 @@ std::string measure_claims(const std::filesystem::path& folder, const std::funct
     text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n\n{}\n", claim.number, claim.section,
                         claim.claim, claim.verdict(), claim.measured, figures_of(claim));
   }
-  return text + fmt::format("\n{}:\n\n{}\n{}:\n\n{}", ablation_caption,
-                            to_markdown(ablation_table(measurement)), energy_caption,
-                            to_markdown(energy_table(measurement)));
+  return text + fmt::format("\n{}:\n\n{}", ablation_caption, to_markdown(ablation_table(measurement)));
 }
 
 std::string Claim::verdict() const {

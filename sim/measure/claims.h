@@ -24,7 +24,7 @@ struct Case {
 };
 
 struct Claim {
-  int number;                        ///< 1 to 14 are the report's, 15 to 17 are ours
+  int number;                        ///< 1 to 14 are the report's, 15 to 18 are ours
   std::string section;               ///< of the report; "not the report's" for ours
   std::string claim;                 ///< in one sentence
   std::string measured;              ///< scenes and settings
@@ -42,9 +42,9 @@ struct Claim {
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. Returns, as Markdown, for each
-/// claim its verdict, a table and a list, then the cost of each approximation between A3 and A5, and the rise
-/// of energy of passive scenes. All but timings, which ~ marks, is the same in every run. No table has more
-/// than seven columns or two numbers in a cell. `progress` receives the measured fraction. Throws Error when
+/// claim its verdict, a table and a list, then the cost of each approximation between A3 and A5. All but
+/// timings, which ~ marks, is the same in every run. No table has more than seven columns or two numbers in a
+/// cell. `progress` receives the measured fraction. Throws Error when
 /// a scene cannot be read.
 std::string measure_claims(const std::filesystem::path& folder, const std::function<void(double)>& progress);
 

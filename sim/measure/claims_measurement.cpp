@@ -87,13 +87,12 @@ const Reference& Measurement::reference(const std::string& name) {
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }
 
-MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
-                             double duration) {
+MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {
   const Settings settings = settings_of(scene(name), algorithm, n, m, joints);
-  if (algorithm > Algorithm::a2) return measured_run(scene(name), settings, duration);
+  if (algorithm > Algorithm::a2) return measured_run(scene(name), settings, horizon);
   // Pass the procedure, so that it takes a step as one.
   Simulation simulation(scene(name), settings, algorithm == Algorithm::a1 ? proc1 : proc2);
-  return measured_run(simulation, duration);
+  return measured_run(simulation, horizon);
 }
 
 double Measurement::error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {

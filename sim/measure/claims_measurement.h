@@ -70,9 +70,8 @@ class Measurement {
   /// Returns the reference of a scene. It is computed once, since A1 at small steps takes most of the time.
   const Reference& reference(const std::string& name);
 
-  /// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
-  MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints,
-                  double duration = horizon);
+  /// Runs a scene to the horizon as the report does: A1 and A2 do not divide steps, even with taut joints.
+  MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
 
   double error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
 
@@ -91,6 +90,6 @@ double distance_from_xpbd(const Scene& scene, const Settings& settings, double d
 using MeasureClaim = Claim(Measurement& measurement);
 MeasureClaim claim1, claim2, claim4, claim5, claim8, claim9, claim10, claim16;  // claims_exactness.cpp
 MeasureClaim claim3, claim6, claim7, claim13, claim14;                          // claims_accuracy.cpp
-MeasureClaim claim11, claim12, claim15, claim17;                                // claims_stability.cpp
+MeasureClaim claim11, claim12, claim15, claim17, claim18;                       // claims_stability.cpp
 
 }  // namespace substep::claims

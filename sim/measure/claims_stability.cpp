@@ -1,13 +1,15 @@
-/// Claims of fixed points and of stability: 11, 12, 15 and 17.
+/// Claims of fixed points and of stability: 11, 12, 15, 17 and 18.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "sim/algorithms.h"
 #include "sim/error.h"
+#include "sim/math/rotation.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/substep_map.h"
@@ -68,6 +70,43 @@ double contact_cost(const Scene& scene, double duration, const Motion& path, Set
   }
   return largest;
 }
+
+/// A pendulum at rest, by 0.01 rad out of the vertical.
+struct SmallSwing {
+  explicit SmallSwing(const Scene& pendulum) : scene(pendulum), body(pendulum.joints.front().body_a) {
+    Body& rod = scene.bodies[body];
+    const Vector3 anchor = rod.pose * scene.joints.front().frame_a.position;
+    const Vector3 arm = rod.pose.position - anchor;
+    const double moment = 1 / rod.inverse_inertia.z() + arm.squaredNorm() / rod.inverse_mass;
+    squared_frequency = scene.gravity.norm() * arm.norm() / (rod.inverse_mass * moment);
+    const Quaternion down = shortest_rotation(arm.normalized(), scene.gravity.normalized());
+    hanging = compose(down, rod.pose.orientation);
+    const Quaternion turn = compose(rotation_quaternion({0, 0, 0.01}), down);
+    rod.pose = {anchor + turn * arm, compose(turn, rod.pose.orientation)};
+  }
+
+  /// Returns the rate at which the swing grows in ten periods, 1/s.
+  double growth(const Settings& settings) const {
+    const double frequency = std::sqrt(squared_frequency);
+    const auto period = static_cast<int>(std::lround(2 * std::numbers::pi / (frequency * settings.step)));
+    Simulation simulation(scene, settings);
+    std::array<double, 11> squares{};  // of the amplitude, summed over each period
+    for (double& sum : squares) {
+      for (int i = 0; i < period; ++i) {
+        simulation.step();
+        const Quaternion turned = hanging.conjugate() * simulation.state().q[body].angular;
+        sum += simulation.state().v[body].angular.squaredNorm() +
+               squared_frequency * rotation_vector(turned).squaredNorm();
+      }
+    }
+    return std::log(squares.back() / squares.front()) / (20 * period * settings.step);
+  }
+
+  Scene scene;
+  int body;
+  Quaternion hanging;
+  double squared_frequency;  ///< of small swings, rad²/s²
+};
 
 }  // namespace
 
@@ -274,6 +313,36 @@ Claim claim17(Measurement& measurement) {
        gaps[2] < gaps[1] && gaps[2] < gaps[3] && gaps[2] < gaps[4]},
       {"with their own τ and κ contacts are better off, and joints as they were",
        stands_by_default && growths[0] == growths[1] && gaps[0] == gaps[1]}};
+  return claim;
+}
+
+Claim claim18(Measurement& measurement) {
+  Claim claim{18,
+              "not the report's",
+              "Frozen Jacobians let swings grow at the rate ω² h (1 − 1/n)/4, next-frame Jacobians damp them "
+              "at ω² h/(2n)",
+              "Rate at which small swings of the pendulum grow with h = 1/60 s, in 1/s; A2 makes n sweeps",
+              {"A1", "A2", "A3", "A4", "A5", "predicted for A4 and A5"}};
+  const SmallSwing swing(measurement.scene("pendulum"));
+  for (const Joints joints : {Joints::plain, Joints::stable}) {
+    for (const int n : {4, 16}) {
+      const bool frozen = joints == Joints::plain;
+      const double scale = swing.squared_frequency * swing.scene.step;
+      const double predicted = scale * (frozen ? (1 - 1.0 / n) / 4 : -1 / (2.0 * n));
+      std::vector<double> rates;
+      for (const Algorithm algorithm : algorithms)
+        rates.push_back(
+            swing.growth(settings_of(swing.scene, algorithm, n, algorithm == Algorithm::a2 ? n : 1, joints)));
+      const auto off = [&](double rate) { return std::abs(rate - predicted) / std::abs(predicted); };
+      const std::string what = fmt::format("{}, n = {}", name(joints), n);
+      claim.require(what, std::max(off(rates[3]), off(rates[4])) < 0.01);
+      const double exact = std::max(std::abs(rates[0]), std::abs(rates[1]));
+      claim.require(fmt::format("exact Jacobians, {}", what),
+                    std::max(exact, std::abs(rates[2] - (frozen ? 0 : predicted))) < 0.001 * scale);
+      rates.push_back(predicted);
+      claim.add(what, rates);
+    }
+  }
   return claim;
 }
 

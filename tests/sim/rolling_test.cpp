@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -95,6 +96,49 @@ TEST_P(Rolls, IgnoresOrderOnTiltingSlab) {
             GetParam() == Algorithm::a1 ? 1e-13 : 2e-5);
 }
 
+/// A plank rocks on a fixed drum, with the frequency ω = √(m g (R − t/2) / (I + m t²/4)) for a thickness t.
+TEST_P(Rolls, RocksOnDrum) {
+  constexpr double radius = 0.4;
+  constexpr double thickness = 0.1;
+  constexpr double mass = 2;
+  constexpr double tilt = 0.01;
+  const Quaternion turn = rotation_quaternion({0, 0.7, 0});
+  const Vector3 centre(3, 1, -2);
+  Scene scene = test::empty_scene();
+  const Vector3 upwards(-std::sin(tilt), std::cos(tilt), 0);
+  const Vector3 along(std::cos(tilt), std::sin(tilt), 0);
+  const Vector3 from_centre = (radius + thickness / 2) * upwards + radius * tilt * along;
+  const Pose start{centre + turn * from_centre, turn * rotation_quaternion({0, 0, tilt})};
+  const int plank = test::add_box(scene, {1.2, thickness, 0.3}, mass, start, 2);
+  Collider drum = scene.colliders[0];
+  drum.body = world_body;
+  drum.shape = make_cylinder(1, radius, radius);
+  drum.placement = {centre, turn * shortest_rotation(Vector3::UnitY(), Vector3::UnitZ())};
+  scene.colliders.push_back(drum);
+  const double inertia = 1 / scene.bodies[plank].inverse_inertia.z() + mass * thickness * thickness / 4;
+  const double square = mass * gravity * (radius - thickness / 2) / inertia;  // ω²
+  for (const int substeps : {4, 16}) {
+    Settings settings = default_settings(GetParam());
+    settings.substeps = substeps;
+    const auto period = static_cast<int>(std::lround(2 * test::pi / std::sqrt(square) / settings.step));
+    Simulation simulation(scene, settings);
+    std::array<double, 6> squares{};  // of the swing, summed over each period
+    for (double& sum : squares) {
+      for (int i = 0; i < period; ++i) {
+        simulation.step();
+        const double angle = 2 * (turn.inverse() * simulation.state().q[plank].angular).z();
+        sum += simulation.state().v[plank].angular.squaredNorm() + square * angle * angle;
+      }
+    }
+    const double rate = std::log(squares[5] / squares[1]) / (8 * period * settings.step);
+    // A4 and A5 push where the bodies touched as the step began, so swings grow (claim 18).
+    const bool frozen = GetParam() == Algorithm::a4 || GetParam() == Algorithm::a5;
+    const double predicted = square * settings.step * (1 - 1.0 / substeps) / 4;  // 0.087 and 0.109 1/s
+    // Measured: 0.0003 off in A4 and A5, below 0.00005 in the others.
+    EXPECT_NEAR(rate, frozen ? predicted : 0, 5e-4) << substeps;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Rolls, testing::ValuesIn(test::all_algorithms),
                          [](const auto& algorithm) { return std::string(name(algorithm.param)); });
 
@@ -123,37 +167,6 @@ TEST(RollingOfA3, SubstepsEqualStepsOfA1) {
   // Measured: 0.098 and 0.062 mm; 237 and 2.4 mm where the point is fixed in the body for a step.
   EXPECT_LT(farthest_from_fine_steps(scene_named("euler_disk"), 1, 1.0 / 60, 10, 1), 2e-4);
   EXPECT_LT(farthest_from_fine_steps(scene_named("rattleback"), 1, 1.0 / 480, 10, 1), 1e-4);
-}
-
-/// A plank rocks on a fixed drum, with the frequency √(m g (R − t/2) / (I + m t²/4)) for a thickness t.
-TEST(RollingOfA3, PlankOnDrumKeepsItsSwing) {
-  constexpr double radius = 0.4;
-  constexpr double thickness = 0.1;
-  constexpr double mass = 2;
-  constexpr double tilt = 0.05;
-  const Quaternion turn = rotation_quaternion({0, 0.7, 0});
-  const Vector3 centre(3, 1, -2);
-  Scene scene = test::empty_scene();
-  const Vector3 upwards(-std::sin(tilt), std::cos(tilt), 0);
-  const Vector3 along(std::cos(tilt), std::sin(tilt), 0);
-  const Vector3 from_centre = (radius + thickness / 2) * upwards + radius * tilt * along;
-  const Pose start{centre + turn * from_centre, turn * rotation_quaternion({0, 0, tilt})};
-  const int plank = test::add_box(scene, {1.2, thickness, 0.3}, mass, start, 2);
-  Collider drum = scene.colliders[0];
-  drum.body = world_body;
-  drum.shape = make_cylinder(1, radius, radius);
-  drum.placement = {centre, turn * shortest_rotation(Vector3::UnitY(), Vector3::UnitZ())};
-  scene.colliders.push_back(drum);
-  const double inertia = 1 / scene.bodies[plank].inverse_inertia.z() + mass * thickness * thickness / 4;
-  const double frequency = std::sqrt(mass * gravity * (radius - thickness / 2) / inertia);
-  Simulation simulation(scene, default_settings(Algorithm::a3));
-  double largest = 0;
-  for (int i = 0; i < 360; ++i) {
-    simulation.step();
-    if (i >= 280) largest = std::max(largest, simulation.state().v[plank].angular.norm());
-  }
-  // Measured: 0.6 % off; doubled in these 6 s where the plank's point is fixed in the plank for a step.
-  EXPECT_NEAR(largest, frequency * tilt, 0.02 * frequency * tilt);
 }
 
 /// Two spinning balls meet in the air: the normal joins their centres, and turns with neither.
