@@ -165,9 +165,10 @@ class RevolvedSearch {
       manifold.add(end_disc(a_, static_cast<int>(face_.face)),
                    b_.polygon(b_.face_at(vertex, face_.normal), polygon_memory));
     }
-    // Reject the face where clipping removed the lowest point. Keep all contacts of a mesh's triangle, since
-    // its neighbour may have that point.
-    return manifold.keep_if_below(b_.mesh ? infinity : face_.separation + preference(face_.separation));
+    // Reject the face where clipping removed the lowest point, but not a mesh's triangle: its neighbour may
+    // have that point.
+    if (b_.mesh) return manifold.drop_overlaps(edge_.separation);
+    return manifold.keep_if_below(face_.separation + preference(face_.separation));
   }
 
   bool add_edge_contacts() {

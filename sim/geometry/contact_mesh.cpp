@@ -81,15 +81,15 @@ class TriangleSearch {
     const Vector3& front = b_.face_normals[0];
     face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
     if (face_.separation >= margin_) return false;
-    FacetsFaceAxis of_a;
     for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
       const Vector3 n = -a_.face_normals[f];
       const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
-      if (separation <= std::max(face_.separation, of_a.separation) || !b_.pushes(n, vertex)) continue;
+      if (separation <= std::max(face_.separation, face_of_a_.separation) || !b_.pushes(n, vertex)) continue;
       if (separation >= margin_) return false;
-      of_a = {{separation, n}, false, f};
+      face_of_a_ = {{separation, n}, false, f};
     }
-    if (of_a.separation > face_.separation + second_face_preference(face_.separation, size_)) face_ = of_a;
+    const double preference = second_face_preference(face_.separation, size_);
+    if (face_of_a_.separation > face_.separation + preference) face_ = face_of_a_;
     return true;
   }
 
@@ -111,7 +111,6 @@ class TriangleSearch {
   }
 
   bool add_face_contacts() {
-    const std::size_t first = out_.size();
     std::uint32_t vertex = 0;
     std::uint32_t face_of_a = face_.face;
     if (face_.of_b) {
@@ -120,7 +119,7 @@ class TriangleSearch {
     }
     Manifold manifold(face_.normal, size_, margin_, out_);
     manifold.add(a_.polygon(face_of_a, scratch.corners_a), b_.polygon(0, scratch.corners_b), face_.of_b);
-    return out_.size() > first;
+    return manifold.drop_overlaps(std::max(edge_.separation, face_of_a_.separation));
   }
 
   /// Adds the closest points of shapes that are apart, with no face over the other and no edges crossing, if
@@ -147,6 +146,7 @@ class TriangleSearch {
   double margin_;
   Contacts& out_;
   FacetsFaceAxis face_;
+  FacetsFaceAxis face_of_a_;
   FacetsEdgeAxis edge_;
 };
 

@@ -201,6 +201,14 @@ bool Manifold::keep_if_below(double highest) {
   return is_kept;
 }
 
+bool Manifold::drop_overlaps(double separation) {
+  const double tolerance = flush_share * size_;
+  const auto overlaps = [&](const ContactPoint& point) { return point.distance < -tolerance; };
+  const auto begin = out_.begin() + static_cast<std::ptrdiff_t>(first_);
+  if (separation >= -tolerance) out_.erase(std::remove_if(begin, out_.end(), overlaps), out_.end());
+  return out_.size() > first_;
+}
+
 void Manifold::add(const Disc& disc, const Polygon& polygon) {
   const double tolerance = flush_share * size_;
   const RoundOrder order(disc, polygon.normal);

@@ -289,6 +289,9 @@ class Manifold {
   void add_point(const Vector3& on_a, double distance);
   /// Removes the manifold's contacts and returns false unless the lowest is at `highest` or below.
   bool keep_if_below(double highest);
+  /// Removes overlaps if the shapes are `separation` apart along another axis: their outlines only touch.
+  /// Returns false where no contact is left.
+  bool drop_overlaps(double separation);
 
  private:
   void add_disc_segment(const Disc& disc, const Segment& line, bool line_is_a);

@@ -241,9 +241,6 @@ Separation separation(const ConvexSolid& a, const ConvexSolid& b, double toleran
     const double gap = normal.dot(corner);
     if (gap > best.gap) best = {normal, gap};
     if (distance - best.gap <= tolerance && step > 0) break;
-    const bool is_known = std::any_of(simplex.corners.begin(), simplex.corners.begin() + simplex.count,
-                                      [&](const Vector3& other) { return other == corner; });
-    if (is_known) break;
     simplex.corners[simplex.count++] = corner;
     simplex = nearest_of(simplex);
     if (simplex.count == 4) break;  // the cores overlap

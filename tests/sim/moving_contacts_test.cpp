@@ -210,7 +210,8 @@ Trial draw_pinball(Random& random) {
                     });
 }
 
-/// Draws a box that flies past the edge of a still one, along the plane of its face or beside that plane.
+/// Draws a box or a cylinder that flies past the edge of a still box or mesh, along the plane of its face or
+/// beside that plane.
 Trial draw_flush_passage(Random& random) {
   const Vector3 size(random.between(0.05, 0.5), random.between(0.05, 0.5), random.between(0.05, 0.5));
   const double gap = random.one_of({0.0, 1e-9, 1e-7, 1e-5}) * size.x();
@@ -219,11 +220,14 @@ Trial draw_flush_passage(Random& random) {
   const Quaternion turn = random.orientation();
   const Substance substance{1, box_moments(1, size), random.one_of({0.0, 0.5, 0.95}), 0.6};
   Scene scene = weightless_scene();
-  add_static(scene, box_of(Vector3::Ones()), {turn * Vector3(-0.5, -0.5, 0), turn}, substance);
   const Vector3 start(size.x() / 2 + gap, size.y() / 2 + speed * meeting, random.between(-0.3, 0.3));
-  add_body(scene, box_of(size), {{turn * start, turn}, turn * Vector3(0, -speed, 0)}, substance);
-  return largest_of(fmt::format("box {:.1e} m beside an edge at {:.2f} m/s, e {}, there at {:.4f} s", gap,
-                                speed, substance.restitution, meeting),
+  const double radius = size.x() / 2;
+  const Solid flying = random.flip() ? box_of(size) : cylinder(size.y() / 2, radius, radius);
+  const Solid still = random.flip() ? box_of(Vector3::Ones()) : box_mesh(Vector3::Ones());
+  add_static(scene, still, {turn * Vector3(-0.5, -0.5, 0), turn}, substance);
+  add_body(scene, flying, {{turn * start, turn}, turn * Vector3(0, -speed, 0)}, substance);
+  return largest_of(fmt::format("{} {:.1e} m beside an edge of a {} at {:.2f} m/s, e {}, there at {:.4f} s",
+                                flying.name, gap, still.name, speed, substance.restitution, meeting),
                     scene, meeting + 1 / speed,
                     change_of_motion(scene, {size.norm() / 2}, speed, Vector3::Zero()));
 }
