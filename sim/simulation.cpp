@@ -7,7 +7,6 @@
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
 #include "sim/direct/frozen_problem.h"
-#include "sim/error.h"
 #include "sim/math/floating_point.h"
 #include "sim/model/model.h"
 
@@ -377,8 +376,7 @@ int Simulation::equal_parts() const {
 }
 
 void Simulation::set_state(const State& state) {
-  if (state.q.size() != implementation_->state.q.size() || state.v.size() != state.q.size())
-    throw Error("set_state: the state has another number of bodies than the scene");
+  require_valid(state, scene());
   implementation_->state = state;
 }
 

@@ -74,7 +74,8 @@ class Simulation {
   /// procedure takes a step as one part.
   int equal_parts() const;
 
-  /// Continues from another state (same bodies) at the same time.
+  /// Continues from another state at the same time. Throws Error that names a body whose numbers are not
+  /// finite or whose quaternion is not of length 1, or says that the scene has another number of bodies.
   void set_state(const State& state);
 
   /// Returns the parts of the model that this scene needs: "3 locked points; no contacts; no

@@ -189,6 +189,24 @@ bool is_valid(const Body& body) {
          body.angular_velocity.allFinite();
 }
 
+void require_valid(const State& state, const Scene& scene) {
+  const std::vector<Body>& bodies = scene.bodies;
+  if (state.q.size() != bodies.size() || state.v.size() != bodies.size()) {
+    throw Error("{}: the state has {} poses and {} velocities, but the scene has {} bodies",
+                scene.file.string(), state.q.size(), state.v.size(), bodies.size());
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Body body = bodies[i];
+    body.pose = {state.q[i].linear, state.q[i].angular};
+    body.linear_velocity = state.v[i].linear;
+    body.angular_velocity = state.v[i].angular;
+    if (!is_valid(body)) {
+      throw Error("{}: body {} ({}) in the state needs finite numbers and a unit quaternion",
+                  scene.file.string(), i, body.name);
+    }
+  }
+}
+
 Model build_model(const Scene& scene) {
   check(scene);
   Model model;
@@ -206,6 +224,8 @@ Model build_model(const Scene& scene) {
   }
   model.has_joints.assign(scene.bodies.size(), 0);
   for (const Joint& joint : scene.joints) {
+    // Leave out joints of two bodies that no force moves: they constrain nothing.
+    if (!moves(model.masses[joint.body_a]) && !moves(model.masses[joint.body_b])) continue;
     add_joint(joint, model);
     model.has_joints[joint.body_a] = model.has_joints[joint.body_b] = 1;
     if (!joint.enable_collision) add_silent_pairs(joint, model);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sim/math/vector.h"
+#include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -159,6 +160,10 @@ bool holds_anchors_together(const Joint& joint);
 /// Returns true where the body's numbers are finite, its orientations have unit length, and its mass and
 /// moments are not negative.
 bool is_valid(const Body& body);
+
+/// Throws Error that names the body whose numbers are not finite or whose quaternion is not of length 1, or
+/// says that the scene has another number of bodies.
+void require_valid(const State& state, const Scene& scene);
 
 /// Builds the model. Throws Error that names a body, collider or joint that cannot be modelled.
 Model build_model(const Scene& scene);

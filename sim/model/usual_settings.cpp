@@ -38,7 +38,7 @@ bool has_loop(const Scene& scene, Springs springs) {
     const int a = own_or_world(joint.body_a);
     const int b = own_or_world(joint.body_b);
     if (std::ranges::none_of(joint.limits, is_counted)) continue;
-    if (!joined.emplace(std::min(a, b), std::max(a, b)).second) continue;
+    if (a == b || !joined.emplace(std::min(a, b), std::max(a, b)).second) continue;
     if (root_of(a) == root_of(b)) return true;
     parents[root_of(a)] = root_of(b);
   }

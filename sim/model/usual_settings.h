@@ -14,7 +14,7 @@ double mass_ratio(const Scene& scene);
 enum class Springs { count, skip };
 
 /// Returns whether joints close a loop of three bodies or more. The world and all bodies that no force moves
-/// count as one. Several joints between the same two bodies close no loop.
+/// count as one. Several joints between the same two bodies, or within that one, close no loop.
 bool has_loop(const Scene& scene, Springs springs);
 
 /// Returns default_settings() with the scene's step. A1 to A5 get the scene's sub-steps n too, and A2 n

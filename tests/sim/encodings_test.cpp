@@ -115,5 +115,31 @@ TEST(Model, RefusesInvalidParts) {
   }
 }
 
+TEST(Model, LeavesOutJointsBetweenHeldBodies) {
+  Scene scene = test::box_stack(1);
+  scene.joints.push_back(test::ball_joint(1, 0, Vector3::Zero(), {0, 0.5, 0}));
+  EXPECT_EQ(build_model(scene).locks.size(), 1U);
+  scene.bodies[1].inverse_mass = 0;
+  scene.bodies[1].inverse_inertia.setZero();
+  EXPECT_EQ(build_model(scene).locks.size(), 0U);
+  EXPECT_FALSE(has_loop(scene, Springs::count));
+}
+
+TEST(Simulation, RefusesInvalidStates) {
+  const Scene scene = test::box_stack(1);
+  Simulation simulation(scene, default_settings(Algorithm::a5));
+  const std::pair<std::string, std::function<void(State&)>> changes[] = {
+      {"the state has 2 poses and 1 velocities, ", [](State& state) { state.v.pop_back(); }},
+      {"body 1 (box 1) in the state needs", [](State& state) { state.q[1].linear.y() = std::nan(""); }},
+      {"body 1 (box 1) in the state needs", [](State& state) { state.v[1].angular.x() = infinity; }},
+      {"body 0 (world) in the state needs", [](State& state) { state.q[0].angular.coeffs().setZero(); }}};
+  for (const auto& [words, change] : changes) {
+    State state = simulation.state();
+    change(state);
+    const std::string message = test::message_of([&] { simulation.set_state(state); });
+    EXPECT_NE(message.find("test: " + words), std::string::npos) << message;
+  }
+}
+
 }  // namespace
 }  // namespace substep
