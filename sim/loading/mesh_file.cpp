@@ -58,12 +58,18 @@ class MeshSystem : public Assimp::IOSystem {
   char getOsSeparator() const override { return '/'; }
   Assimp::IOStream* Open(const char* name, const char*) override {
     if (name == file_.filename()) return stream_of(bytes_);
-    const auto found = find(name);
-    if (!found) return nullptr;
+    Assimp::IOStream* stream = nullptr;
     // Keep the bytes till the end: assimp may open a file twice.
-    return stream_of(materials_.emplace_back(read_bytes(*found, found->string(), largest_material_file)));
+    if (const auto found = find(name))
+      stream = stream_of(materials_.emplace_back(read_bytes(*found, found->string(), largest_material_file)));
+    if (!stream && missing.empty()) missing = name;
+    // Clear the name where assimp finds the file without its path.
+    if (stream && missing.ends_with(fs::path(name).filename().string())) missing.clear();
+    return stream;
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
+
+  std::string missing;  // the first material file that cannot be read
 
  private:
   std::optional<fs::path> find(const char* name) const {
@@ -135,12 +141,13 @@ std::vector<double> color_of(const aiMaterial& material) {
   return linear;
 }
 
-/// Writes the meshes of a scene for the parent process: lists of plain values, one after the other. Lines and
-/// points are left out.
+/// Writes the meshes of a scene for the parent process, after the name of a missing material file: lists of
+/// plain values, one after the other. Lines and points are left out.
 class MeshWriter {
  public:
-  MeshWriter(const aiScene& scene, bool with_normals, std::size_t most)
+  MeshWriter(const aiScene& scene, const std::string& missing, bool with_normals, std::size_t most)
       : scene_(scene), with_normals_(with_normals), most_(most) {
+    add(std::span<const char>(missing));
     write_node(*scene.mRootNode, Matrix3::Identity(), Vector3::Zero());
     if (objects_ == 0) throw Error("it holds no triangles");
   }
@@ -208,12 +215,15 @@ class MeshWriter {
 
 std::string converted(const fs::path& file, const std::string& bytes, const Limits& limits) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new MeshSystem(file, bytes));  // the importer deletes it
+  auto* const system = new MeshSystem(file, bytes);
+  importer.SetIOHandler(system);  // the importer deletes it
   const unsigned steps = aiProcess_Triangulate | aiProcess_SortByPType;
   const aiScene* scene = importer.ReadFile(file.filename().string(), steps);
   if (!scene || !scene->mRootNode) throw Error(importer.GetErrorString());
+  // Readers of other formats request files that need not be there.
+  const std::string missing = lower_extension(file) == ".obj" ? system->missing : "";
   // In STL files each triangle has its own normal, which does not tell how smooth the surface is.
-  return std::move(MeshWriter(*scene, lower_extension(file) != ".stl", limits.result).bytes);
+  return std::move(MeshWriter(*scene, missing, lower_extension(file) != ".stl", limits.result).bytes);
 }
 
 constexpr char answer_mesh = 'm';
@@ -367,9 +377,13 @@ MeshFile read_mesh_file(const fs::path& file) {
   MeshFile mesh_file;
   mesh_file.hash = add_binary_to_hash(fnv1a_start, bytes);
   UniqueNames names;
-  for (Reader reader(std::string_view(answer).substr(1), complaint); !reader.at_end();) {
-    add_mesh(mesh_file, reader, complaint, file.stem().string(), names);
+  Reader reader(std::string_view(answer).substr(1), complaint);
+  if (const std::vector<char> missing = reader.take<char>(); !missing.empty()) {
+    mesh_file.warnings.push_back(fmt::format(
+        "its material file '{}' is empty or not in the mesh's folder: put it there for its colours",
+        printable(std::string(missing.begin(), missing.end()))));
   }
+  while (!reader.at_end()) add_mesh(mesh_file, reader, complaint, file.stem().string(), names);
   return mesh_file;
 }
 

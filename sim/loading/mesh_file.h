@@ -19,8 +19,9 @@ struct MeshObject {
 struct MeshFile {
   std::vector<MeshObject> objects;  ///< at least one, each with a mesh
   std::vector<Surface> surfaces;
-  std::vector<SceneImage> images;  ///< of glTF files alone
-  std::uint64_t hash = 0;          ///< of the file's bytes, computed like a scene's
+  std::vector<SceneImage> images;     ///< of glTF files alone
+  std::vector<std::string> warnings;  ///< of a missing material file
+  std::uint64_t hash = 0;             ///< of the file's bytes, computed like a scene's
 };
 
 /// Returns true where assimp reads files with this extension (".obj").

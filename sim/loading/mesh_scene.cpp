@@ -73,6 +73,7 @@ class MeshSceneBuilder {
     scene_.colliders.emplace_back().shape = Plane{};
     scene_.surfaces = std::move(meshes.surfaces);
     scene_.images = std::move(meshes.images);
+    scene_.warnings = std::move(meshes.warnings);
     for (MeshObject& object : meshes.objects) add_solid(object);
     if (solids_.size() * static_cast<std::size_t>(options.copies) > most_bodies) {
       throw Error("{}: {} meshes in {} copies are more than {} bodies, the most that are made", file_,

@@ -25,15 +25,21 @@ struct ColliderGeometry {
   std::optional<MassProperties> solid;
 };
 
+/// Adds the triangles of a mesh with their vertices, not vertices that no triangle uses.
 void add_triangles(const Mesh& mesh, const NodeTransform& placement, ColliderGeometry& geometry) {
-  const auto first = static_cast<std::uint32_t>(geometry.points.size());
-  for (const Vector3& position : mesh.positions) {
-    geometry.points.push_back(placement.linear * position + placement.translation);
+  std::vector<std::uint32_t> index(mesh.positions.size(), no_index);
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) index[corner] = 0;
+  }
+  for (std::size_t i = 0; i < index.size(); ++i) {
+    if (index[i] == no_index) continue;
+    index[i] = static_cast<std::uint32_t>(geometry.points.size());
+    geometry.points.push_back(placement.linear * mesh.positions[i] + placement.translation);
   }
   const bool mirrors = placement.linear.determinant() < 0;
   for (Triangle triangle : mesh.triangles) {
     if (mirrors) std::swap(triangle[1], triangle[2]);
-    geometry.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+    geometry.triangles.push_back({index[triangle[0]], index[triangle[1]], index[triangle[2]]});
   }
 }
 

@@ -186,7 +186,7 @@ TEST(LoadScene, DerivesSubstepsFromMassesAndLoops) {
   EXPECT_EQ(substeps(2, 102), 11);      // √102 = 10.0995…
   EXPECT_EQ(substeps(1000, 1), 45);     // √2000 = 44.7…
   EXPECT_EQ(substeps(0.01, 500), 100);  // the maximum
-  EXPECT_EQ(substeps(0, 500), 40);      // 0 kg: no force moves it, so that its joints close a loop
+  EXPECT_EQ(substeps(0, 500), 10);      // 0 kg: no force moves it, so that its joint constrains nothing
   EXPECT_EQ(scene_named("four_bar").substeps, 40);
   EXPECT_EQ(scene_named("rod_chain").substeps, 10);
 }
@@ -433,6 +433,10 @@ TEST(LoadScene, TurnedNodeIsDrawnSheared) {
   const double r = std::sqrt(0.5);
   expect_near(scene.visuals[0].linear * Vector3::UnitX(), {3 * r, r, 0}, 1e-15);
   expect_near(scene.visuals[0].linear * Vector3::UnitY(), {-3 * r, r, 0}, 1e-15);
+  // The scale turns what a camera faces: its z axis is (1, 0, 1)/√2 before, (3, 0, 1)/√10 after.
+  const Scene viewed = load(edited(R"(/nodes/6/rotation = [0, 0.3826834323650898, 0, 0.9238795325112867];
+    /nodes/- = {"scale": [3, 1, 1], "children": [6]}; /scenes/0/nodes = [0, 8])"));
+  expect_near(viewed.camera->pose.orientation * Vector3::UnitZ(), Vector3(3, 0, 1) / std::sqrt(10.0), 1e-14);
 }
 
 TEST(LoadScene, ColliderTakesMesh) {
@@ -501,6 +505,13 @@ TEST(LoadScene, HullHoldsMeshesOfChildren) {
   // 2 × 1 × 1 under a scale of 2 along x, with its centre 1 m off.
   EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 4000, 1e-9);
   expect_near(scene.bodies[2].pose.position, {4, 1, 0}, 1e-14);
+}
+
+TEST(LoadScene, HullLeavesOutUnusedVertices) {
+  // Three triangles use all corners of the cube but one, which cuts off a sixth of 2 m³.
+  const Scene scene = load(edited("/accessors/1/count = 9"));
+  EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 7U);
+  EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 5000.0 / 3, 1e-9);
 }
 
 TEST(LoadScene, ReadsTexturesOfMaterial) {

@@ -21,6 +21,7 @@ namespace substep {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace test;
@@ -157,13 +158,14 @@ TEST(MeshScene, ObjectsBecomeBodiesAndMaterialsColours) {
   std::string other = with(cube_obj, "o cube", "o other");
   other.replace(other.find("f "), std::string::npos,
                 "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -7 -6 -2 -3\nf -6 -5 -1 -2\nf -5 -8 -4 -1\n");
-  const Scene scene =
-      load_scene(folder.write("two.obj", "mtllib red.mtl\nusemtl red\n" + std::string(cube_obj) + other));
+  const Scene scene = load_scene(
+      folder.write("two.obj", "mtllib away/red.mtl\nusemtl red\n" + std::string(cube_obj) + other));
   ASSERT_EQ(scene.bodies.size(), 3u);
   EXPECT_EQ(scene.bodies[1].name, "cube");
   EXPECT_EQ(scene.bodies[2].name, "other");
   ASSERT_FALSE(scene.surfaces.empty());
   EXPECT_EQ(scene.surfaces[0].base_color, (std::array{1., 0., 0.}));
+  EXPECT_THAT(scene.warnings, IsEmpty());
 }
 
 TEST(MeshScene, ReadsStlPlyAndCollada) {
@@ -357,6 +359,7 @@ TEST(HostileMeshes, ReadNothingOutsideTheFolder) {
         folder.write("inner/cube.obj", "mtllib " + name + "\nusemtl red\n" + std::string(cube_obj)));
     for (const Surface& surface : scene.surfaces)
       EXPECT_NE(surface.base_color, (std::array{1., 0., 0.})) << name;
+    EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("material file '" + name + "' is empty or not")));
   }
 }
 
