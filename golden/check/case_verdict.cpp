@@ -85,19 +85,16 @@ bool lacks_sidecar_or_track(CaseContext& context) {
   return !context.sidecar.is_there || !context.golden_track;
 }
 
-void find_cause(CaseContext& context) {
-  CaseResult& result = context.result;
+/// Returns the first frame and body that move differently, or what differs in the first picture.
+std::string first_difference(const CaseResult& result) {
   const FirstChange& first = result.poses.motion.first;
-  if (result.verdict == Verdict::simulation_changed || result.verdict == Verdict::both_changed) {
-    result.cause =
-        fmt::format("from frame {} on{}{}", first.frame, first.body.empty() ? "" : ", ", first.body);
-    return;
-  }
+  if (result.verdict == Verdict::simulation_changed || result.verdict == Verdict::both_changed)
+    return fmt::format("from frame {} on{}{}", first.frame, first.body.empty() ? "" : ", ", first.body);
   for (const ImageResult& image : result.images) {
     if (image.passes || !image.against_golden || !image.against_golden->blame) continue;
-    result.cause = cause_of_picture(*image.against_golden->blame);
-    return;
+    return cause_of_picture(*image.against_golden->blame);
   }
+  return {};
 }
 
 constexpr const char* indent = "           ";
@@ -233,6 +230,7 @@ void decide(CaseContext& context) {
   const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
   Failing failing{!poses.passes, !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
   Verdict& verdict = context.result.verdict;
+  bool is_explained = true;
   if (!poses.has_golden && none_has_golden) {
     verdict = Verdict::created;  // rule 1 of case_context.h
   } else if (!poses.has_golden || !all_have_goldens || (!all_drawn && !failing.poses) ||
@@ -241,18 +239,26 @@ void decide(CaseContext& context) {
   } else if (failing.any() || !context.edited.empty()) {
     explain_edits(context, failing);                                                  // rule 2
     if (verdict == Verdict::pass && failing.any()) explain_inputs(context, failing);  // rules 3 and 4
-    if (verdict == Verdict::pass) {                                                   // rule 5
+    is_explained = verdict != Verdict::pass;
+    if (!is_explained) {  // rule 5
       const bool is_exact = context.is_exact_here();
       verdict = failing.poses && failing.images && is_exact ? Verdict::both_changed
                 : failing.poses                             ? Verdict::simulation_changed
                 : is_exact                                  ? Verdict::renderer_changed
                                                             : Verdict::environment;
-      find_cause(context);
+      context.result.cause = first_difference(context.result);
     }
   }
   if (verdict == Verdict::pass) return;
-  const std::string other = provenance_differences(context.sidecar, context.result.entry, context.made_with);
-  if (!other.empty()) context.note(other);
+  std::string& cause = context.result.cause;
+  const std::string settings = settings_differences(context.sidecar, context.result.entry);
+  if (!settings.empty() && is_explained) {
+    context.note("golden made with " + settings);
+  } else if (!settings.empty()) {
+    cause = fmt::format("settings changed: {}{}{}", settings, cause.empty() ? "" : "; ", cause);
+  }
+  const std::string other = provenance_differences(context.sidecar, context.made_with);
+  if (!other.empty()) context.note("golden made with " + other);
 }
 
 std::string change_text(const FirstChange& first) {

@@ -35,6 +35,20 @@ Sidecar::Picture picture_in(const Json& json) {
   return picture;
 }
 
+/// Returns the values of keys that both have and that differ: "substeps 10, here 20; frames 60, here 90".
+std::string differences(const Json& golden, const Json& here) {
+  std::string text;
+  const auto shown = [](const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump();
+  };
+  for (const auto& [key, value] : golden.items()) {
+    // Skip the renderer of a suite without pictures.
+    if (!here.contains(key) || here.at(key) == value || here.at(key) == "") continue;
+    text += fmt::format("{}{} {}, here {}", text.empty() ? "" : "; ", key, shown(value), shown(here.at(key)));
+  }
+  return text;
+}
+
 }  // namespace
 
 const Sidecar::Picture* Sidecar::picture(int frame) const {
@@ -115,27 +129,17 @@ std::string sidecar_text(const Json& sidecar) {
   return text + "\n";
 }
 
-std::string provenance_differences(const Sidecar& sidecar, const SuiteCase& entry, const MadeWith& here) {
-  std::string text;
-  if (!sidecar.is_there) return text;
-  const auto compare = [&](const std::string& key, const Json& golden, const Json& now) {
-    // Skip equal values, and the renderer of a suite without pictures.
-    if (golden == now || now == "") return;
-    const auto shown = [](const Json& value) {
-      return value.is_string() ? value.get<std::string>() : value.dump();
-    };
-    text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key, shown(golden),
-                        shown(now));
-  };
-  Json mine = run_settings(entry);
-  mine["frames"] = entry.frames;
-  mine["size"] = {entry.width, entry.height};
-  for (const auto& [key, golden] : sidecar.run.items())
-    if (mine.contains(key)) compare(key, golden, mine.at(key));
-  mine = to_json(here);
-  for (const char* key : {"renderer", "compiler", "processor"})
-    compare(key, sidecar.made_with.value(key, std::string()), mine.at(key));
-  return text;
+std::string settings_differences(const Sidecar& sidecar, const SuiteCase& entry) {
+  Json here = run_settings(entry);
+  here["frames"] = entry.frames;
+  here["size"] = {entry.width, entry.height};
+  return differences(sidecar.run, here);
+}
+
+std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here) {
+  return differences(
+      sidecar.made_with,
+      {{"renderer", here.renderer}, {"compiler", here.compiler}, {"processor", here.processor}});
 }
 
 }  // namespace substep::golden

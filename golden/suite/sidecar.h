@@ -52,9 +52,11 @@ std::string sidecar_text(const Json& sidecar);
 
 Json to_json(const MadeWith& made_with);
 
-/// Returns "golden made with substeps 10, here 20; compiler GNU 12.2.0, here Clang 14.0.6": context of a
-/// failure; empty where all is equal.
-std::string provenance_differences(const Sidecar& sidecar, const SuiteCase& entry, const MadeWith& here);
+/// Returns "substeps 10, here 20; frames 60, here 90"; empty where all settings are equal.
+std::string settings_differences(const Sidecar& sidecar, const SuiteCase& entry);
+
+/// Returns "compiler GNU 12.2.0, here Clang 14.0.6"; empty where all is equal.
+std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
 
 /// Returns digests of four hexadecimal digits, by kind of part: of the world, of camera and light, of each
 /// body in the order of Scene::bodies, and of each joint in the order of Scene::joints.

@@ -78,7 +78,8 @@ TEST_F(CheckTest, BlamesSimulationForAnotherSolution) {
   EXPECT_THAT(result_.text, HasSubstr("VERDICT: simulation changed (renderer unchanged)"));
   EXPECT_THAT(result_.text, HasSubstr("body " + result_.poses.motion.first.body));
   EXPECT_THAT(result_.text, HasSubstr("header: substeps"));
-  EXPECT_THAT(result_.text, testing::ContainsRegex("note     golden made with substeps [0-9]+, here 3"));
+  EXPECT_THAT(result_.text,
+              testing::ContainsRegex("cause    settings changed: substeps [0-9]+, here 3; from"));
   EXPECT_TRUE(fs::exists(suite_.shown("f0020.new.png")));
 }
 
@@ -88,7 +89,7 @@ TEST_F(CheckTest, BlamesSimulationForMoreFrames) {
   expect(Verdict::simulation_changed);
   EXPECT_EQ(result_.poses.difference.first_frame, 21);
   EXPECT_THAT(result_.text, HasSubstr("golden has 21 frames, the run 31"));
-  EXPECT_THAT(result_.text, HasSubstr("golden made with frames 20, here 30"));
+  EXPECT_THAT(result_.text, HasSubstr("settings changed: frames 20, here 30; from frame 21 on"));
 }
 
 TEST_F(CheckTest, BlamesRendererForAnotherLight) {
