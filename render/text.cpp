@@ -1,9 +1,14 @@
 #include "render/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <map>
+#include <mutex>
+#include <set>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -155,6 +160,16 @@ Window clip(const Image& image, double left, double top, double right, double bo
   return {cut(left, image.width), cut(top, image.height), cut(right, image.width), cut(bottom, image.height)};
 }
 
+/// Prints a note about a text with letters that the fonts lack, once for each text.
+void note_missing_letters(std::string_view text) {
+  static std::mutex mutex;
+  static std::set<std::string> noted;
+  const std::lock_guard lock(mutex);
+  if (noted.emplace(text).second)
+    fmt::print(stderr, "substep: note: the font has not all letters of '{}': boxes stand for the others\n",
+               text);
+}
+
 }  // namespace
 
 double text_width(std::string_view text, const TextStyle& style) {
@@ -195,6 +210,7 @@ void draw_text(Image& image, double x, double y, std::string_view text, const Te
   if (!(std::abs(x) < reach && std::abs(y) < reach)) return;
   const int baseline = static_cast<int>(std::floor(y + 0.5));
   lay_out(text, style, [&](int index, double pen) {
+    if (index == 0) note_missing_letters(text);
     // Put glyphs on quarters of a pixel horizontally and whole pixels vertically, which keeps stems sharp.
     const auto quarters = static_cast<std::int64_t>(std::floor((x + pen) * subpixels + 0.5));
     static_assert(subpixels == 4);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <system_error>
 
 #include "render/inks.h"
@@ -56,19 +57,26 @@ std::array<double, 2> range_of(const Panel& panel, std::size_t axis) {
 /// Returns the commands for one axis. `length`: of the axis; `room`: of a tic's label along the axis.
 std::string axis_script(char name, const Axis& axis, const std::array<double, 2>& data, double length,
                         double room) {
-  std::string script =
-      fmt::format("{1} logscale {0}\nset autoscale {0}\n", name, axis.logarithmic ? "set" : "unset");
-  if (axis.logarithmic && axis.tics.empty()) {
-    const auto& [low, high] = axis.range.value_or(data);
-    const double decades = low < high ? std::ceil(std::log10(high)) - std::floor(std::log10(low)) : 1;
+  std::string tics = axis.tics;
+  const char* format = "%g";
+  const auto& [low, high] = axis.range.value_or(data);
+  if (axis.logarithmic && axis.range && std::floor(std::log10(high)) <= std::ceil(std::log10(low))) {
+    // Name the ends of a range that holds fewer than two powers of ten
+    if (tics.empty()) tics = fmt::format("({:g}, {:g})", low, high);
+  } else if (axis.logarithmic && tics.empty()) {
+    const double below = std::floor(std::log10(low));
+    const double decades = low < high ? std::ceil(std::log10(high)) - below : 1;
     const double step = std::max(1.0, std::ceil(decades * room / length));
-    script += fmt::format("set format {0} '10^{{%T}}'\nset {0}tics 1e{1:.0f}\n", name, step);
-  } else {
-    script += fmt::format("set format {} '%g'\n", name);
+    // Begin at a power of ten: gnuplot begins at a multiple of the step, such as 200
+    if (axis.range) tics = fmt::format("1e{:.0f},", step * std::floor(below / step));
+    tics += fmt::format("1e{:.0f}", step);
+    format = "10^{%T}";
   }
+  std::string script = fmt::format("{1} logscale {0}\nset autoscale {0}\nset format {0} '{2}'\n", name,
+                                   axis.logarithmic ? "set" : "unset", format);
   if (axis.range)
     script += fmt::format("set {}range [{:g}:{:g}]\n", name, (*axis.range)[0], (*axis.range)[1]);
-  if (!axis.tics.empty()) script += fmt::format("set {}tics {}\n", name, axis.tics);
+  if (!tics.empty()) script += fmt::format("set {}tics {}\n", name, tics);
   return script;
 }
 
@@ -292,6 +300,23 @@ void require_named(const std::vector<std::string>& titles, const std::vector<std
 SeriesStyle style_of(Algorithm algorithm) {
   constexpr std::array shapes{7, 5, 9, 13, 11, 3, 1};
   return {render::hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm))};
+}
+
+void separate_styles(Sheet& sheet) {
+  constexpr int shapes = 13;
+  std::map<std::string, SeriesStyle> styles;  // by title
+  for (Panel& panel : sheet.panels) {
+    for (Series& series : panel.series) {
+      const auto [entry, is_new] = styles.try_emplace(series.title, series.style);
+      const auto looks_alike = [&](const auto& other) {
+        return other.first != series.title && other.second == series.style;
+      };
+      for (int tried = 0; is_new && tried < shapes && std::ranges::any_of(styles, looks_alike); ++tried)
+        series.style.shape = series.style.shape % shapes + 1;
+      if (is_new) entry->second = series.style;
+      series.style = entry->second;
+    }
+  }
 }
 
 bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel) {

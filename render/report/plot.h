@@ -18,6 +18,8 @@ struct SeriesStyle {
   bool line = true;
   bool points = true;
   double size = 1;  ///< of points
+
+  bool operator==(const SeriesStyle&) const = default;
 };
 
 /// Returns the style of an algorithm in all figures.
@@ -98,6 +100,9 @@ struct FigureStyle {
 
 /// Returns whether the point is finite, and above 0 on each logarithmic axis.
 bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel);
+
+/// Gives series of different titles that look alike different point shapes.
+void separate_styles(Sheet& sheet);
 
 /// Returns title and caption, then a line for each series that is left out.
 std::string caption_text(const Sheet& sheet);

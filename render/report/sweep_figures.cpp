@@ -223,6 +223,7 @@ Sheet error_sheet(const std::vector<SweepRecord>& records, const std::vector<std
     // Leave out a scene without rows, which has no position on an axis of rows.
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
+  separate_styles(sheet);
   captioner.finish(sheet);
   return sheet;
 }
@@ -356,13 +357,14 @@ Sheet slopes_sheet(const FigureSource& source) {
     }
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
+  separate_styles(sheet);
   return sheet;
 }
 
 Sheet equal_rows_sheet(const FigureSource& source) {
   Sheet sheet{.title = "At equal row solves: n sub-steps, or n iterations",
-              .caption = {"The scene's step, single rows, τ = κ = 1: both solve each row n times a step "
-                          "(claim 3 of the report)."},
+              .caption = {"The scene's step, single rows, τ = κ = 1: both solve each row n times a step, A2 "
+                          "fewer where it converges before (claim 3 of the report)."},
               .panel_height = 280};
   for (const std::string& scene : scenes_of(source.records)) {
     Series substeps{"A3: n sub-steps, one iteration each", {2, 7}};
@@ -371,7 +373,7 @@ Sheet equal_rows_sheet(const FigureSource& source) {
     for (const EqualRowRun& run : equal_row_runs(source.records, scene)) {
       const bool is_a3 = run.record.settings.algorithm == Algorithm::a3;
       Series& series = is_a3 ? substeps : iterations;
-      series.points.push_back({static_cast<double>(run.n), error_of(run.record)});
+      series.points.push_back({static_cast<double>(run.n), error_or_gap_of(run.record)});
       most = std::max(most, series.points.back()[0]);
     }
     if (substeps.points.size() < 2 || iterations.points.size() < 2) continue;
@@ -379,7 +381,7 @@ Sheet equal_rows_sheet(const FigureSource& source) {
     std::ranges::sort(iterations.points);
     sheet.panels.push_back({.title = scene,
                             .x = {"n", true, std::array{0.8, 1.25 * most}, "(1, 4, 16, 64, 256)"},
-                            .y = {"RMS error / size", true},
+                            .y = {error_or_gap_title(of_scene(source.records, scene)), true},
                             .series = {std::move(substeps), std::move(iterations)}});
   }
   return sheet;

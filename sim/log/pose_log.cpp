@@ -156,6 +156,8 @@ void read_header(PoseLogReader& reader, PoseLog& log) {
   reader.next(first_line);
   if (reader.line() != first_line) {
     if (reader.starts_with(log_name)) {
+      if (reader.line().ends_with('\r'))
+        reader.refuse("the line ends in CR LF: convert the log to LF, or turn off git's core.autocrlf");
       reader.refuse("version {} of the pose log is unknown here: this program reads version 1",
                     escaped(reader.after(log_name).substr(0, 20)));
     }

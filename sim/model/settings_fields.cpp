@@ -210,7 +210,7 @@ numbers a slash is a fraction: step=1/60.
                            !std::holds_alternative<Joints Settings::*>(field.member);
     const std::string usual =
         field.usual.empty() ? text_of(default_settings(Algorithm::a5), field) : std::string(field.usual);
-    text += fmt::format("  {:<14}{:<4}{}\n{:20}{}{}; default {}\n", field.name, short_key(field), field.help,
+    text += fmt::format("  {:<14}{:<10}{}\n{:26}{}{}; default {}\n", field.name, short_key(field), field.help,
                         "", kind_of(field), is_number ? fmt::format(" {}", field.range.text()) : "", usual);
   }
   return text;

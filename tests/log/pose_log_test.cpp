@@ -117,6 +117,7 @@ struct Malformed {
 TEST(PoseLog, RefusesMalformedLogWithItsLine) {
   for (const auto& [from, to, line, words] : std::initializer_list<Malformed>{
            {"log 1\n", "log 2\n", "1", "version 2"},
+           {"log 1\n", "log 1\r\n", "1", "ends in CR LF"},
            {"substep pose", "\x89PNG\r\x1a", "1", "no pose log"},
            {"metres", "feet", "2", "is expected"},
            {"00c5e0f3a11d2b69", "c5e0", "4", "16 hexadecimal"},

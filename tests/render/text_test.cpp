@@ -71,6 +71,14 @@ void expect_clipped(const Draw& draw) {
   }
 }
 
+TEST(Text, NotesMissingLettersOnce) {
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 2; ++i) written("塔 a");
+  written("b");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "substep: note: the font has not all letters of '塔 a': boxes stand for the others\n");
+}
+
 TEST(Text, ClipsAtBorder) {
   expect_clipped([](Image& image, double x, double y) { draw_text(image, x, y, "Wgj½", {}); });
   expect_clipped([](Image& image, int x, int y) {

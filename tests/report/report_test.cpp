@@ -19,6 +19,7 @@ namespace substep::report {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -105,7 +106,8 @@ TEST_F(SweepResults, NameTheSeriesLeftOutOfFigures) {
                                                  "5 runs lost (error above three times the scene's size)"}),
       1);
   EXPECT_THAT(caption_text(sheet),
-              HasSubstr("- A3 rows of pendulum: 5 runs: single rows, which 'equal-rows' shows"));
+              AllOf(HasSubstr("- A3 rows of pendulum: 5 runs: single rows, which 'equal-rows' shows\n"),
+                    HasSubstr("- A4 rows of pendulum: 5 runs: single rows\n")));
   // Each family is either drawn or left out.
   for (const std::string& scene : scenes_of(lost.records)) {
     for (const RunFamily& family : families_of(of_scene(lost.records, scene))) {
@@ -205,6 +207,8 @@ TEST_F(SweepResults, ShowScenesThatAnEngineRan) {
   const Sheet by_m = figure_named("engine-steps").make(beside);
   ASSERT_EQ(by_m.panels.size(), 1u);
   EXPECT_EQ(std::ranges::count(by_m.panels[0].series, "some-engine m=4", &Series::title), 1);
+  for (const Series& series : by_m.panels[0].series)
+    EXPECT_EQ(std::ranges::count(by_m.panels[0].series, series.style, &Series::style), 1) << series.title;
 }
 
 TEST_F(SweepResults, NameTheSideAheadAtEachError) {
@@ -225,13 +229,20 @@ TEST_F(SweepResults, NameTheSideAheadAtEachError) {
   add("", 0.002, 2);
   add("peer", 0.05, 0.25);
   add("peer", 0.008, 4);
-  for (const char* const engine : {"order-4", ""}) add(engine, 0, 1e-9);  // ours, but none of the five
+  for (const char* const engine : {"order-4", ""}) add(engine, 1e-4, 1e-9);  // ours, but none of the five
   records.back().settings.algorithm = Algorithm::soft;
   std::vector<std::string> rows;
   for (const std::vector<std::string>& row : ahead_table(records).rows)
     rows.push_back(row[1] + ": " + row.back());
   EXPECT_THAT(rows, testing::ElementsAre("100 mm: the other, 2 times", "30 mm: ours, 8 times",
                                          "10 mm: ours, 2 times", "3 mm: ours alone"));
+  std::vector<SweepRecord> untimed = records;
+  for (SweepRecord& record : untimed) {
+    if (is_other_engine(record)) record.times.reset();
+  }
+  EXPECT_TRUE(ahead_table(untimed).rows.empty());
+  records[1].metrics->error = {{0, 0}, {0.1, 0.1}};  // turns in place
+  EXPECT_TRUE(ahead_table(records).rows.empty());
 }
 
 TEST_F(SweepResults, LimitEqualCostToTwiceTheCheapest) {

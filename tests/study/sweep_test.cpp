@@ -135,6 +135,7 @@ TEST(SweepRecord, RefusesImpossibleValues) {
   EXPECT_EQ(test::message_of([] { record_in(to_json(example())); }), "");
   expect_refused("row_solves", "1200", "-1");
   expect_refused("joint_gap", "0.0", "-1e-9");
+  expect_refused("rms", "0.0", "1.0");  // more than the largest
   expect_refused("substep_radius", "0.75", "-0.5");
   expect_refused("contacts", "\"moving\"", "\"flying\"");
 }
