@@ -13,10 +13,11 @@
 #include <vector>
 
 #include "sim/math/vector.h"
-#include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
+
+struct State;
 
 struct BodyMass {
   double inverse_mass;      ///< 1/kg
