@@ -101,12 +101,13 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
     const Coordinates& q = state.q[collider.body];
     const Velocity& v = state.v[collider.body];
     poses_[i] = Pose{q.linear, q.angular} * collider.placement;
-    margins_[i] = duration * ((all ? fastest : v.linear.norm()) + v.angular.norm() * candidates_[i].reach +
+    margins_[i] = duration * ((all ? fastest : 0) + v.angular.norm() * candidates_[i].reach +
                               duration * fall_of(collider.body).norm());
-    if (std::isfinite(candidates_[i].size)) margins_[i] += touching * candidates_[i].size;
+    double enlargement = margins_[i] + duration * v.linear.norm();
+    if (std::isfinite(candidates_[i].size)) enlargement += touching * candidates_[i].size;
     bounds_[i] = bounds(collider.shape, poses_[i]);
-    bounds_[i].min().array() -= margins_[i];
-    bounds_[i].max().array() += margins_[i];
+    bounds_[i].min().array() -= enlargement;
+    bounds_[i].max().array() += enlargement;
   }
   broad_phase_.find_pairs(bounds_, pairs_);
   for (const auto& [i, j] : pairs_) {
@@ -138,13 +139,20 @@ void ContactFinder::add_neighbours() {
     if (!is_pushed_[body_of(a)] && !is_pushed_[body_of(b)]) continue;
     points_.clear();
     find_contacts(candidates_[a].collider->shape, poses_[a], candidates_[b].collider->shape, poses_[b],
-                  margins_[a] + margins_[b], points_);
+                  margin_of(a, b), points_);
     if (points_.empty()) continue;
     add_contacts(a, b, 0);
     touching_.emplace_back(std::min(a, b), std::max(a, b));
     is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
   }
   std::ranges::sort(touching_);
+}
+
+/// Returns the distance within which points of two colliders are found, m. It does not depend on how fast
+/// both fly together, nor on the larger shape: a patch with points far from the other body turns wrongly.
+double ContactFinder::margin_of(std::uint32_t a, std::uint32_t b) const {
+  const Vector3 velocity = motions_[body_of(a)].velocity - motions_[body_of(b)].velocity;
+  return margins_[a] + margins_[b] + duration_ * velocity.norm() + 2 * touching * smaller_size(a, b);
 }
 
 MovingShape ContactFinder::moving(std::uint32_t i, const std::vector<RigidMotion>& motions) const {
@@ -242,7 +250,7 @@ std::span<const ContactMemory> ContactFinder::remembered_of(std::uint32_t a, std
 void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   const Shape& shape_a = candidates_[a].collider->shape;
   const Shape& shape_b = candidates_[b].collider->shape;
-  const double margin = margins_[a] + margins_[b];
+  const double margin = margin_of(a, b);
   const PatchShape* const before = aligned_ ? nullptr : patch_of(a, b);
   if (before && keep_patch(*before, margin)) return;
   points_.clear();

@@ -133,6 +133,7 @@ class ContactFinder {
   double smaller_size(std::uint32_t a, std::uint32_t b) const {
     return std::min(candidates_[a].size, candidates_[b].size);
   }
+  double margin_of(std::uint32_t a, std::uint32_t b) const;
   MovingShape moving(std::uint32_t i, const std::vector<RigidMotion>& motions) const;
   void find_pair(std::uint32_t a, std::uint32_t b);
   struct Pair;
@@ -173,7 +174,7 @@ class ContactFinder {
   double whole_substep_ = 0;  ///< of a step that is not taken in parts
   std::vector<Pose> poses_;
   std::vector<Bounds> bounds_;
-  std::vector<double> margins_;
+  std::vector<double> margins_;       ///< by collider, m: of its turning and fall
   std::vector<Matrix3> rotations_;    ///< by body
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
   std::vector<RigidMotion> moved_;    ///< by body, as they have moved

@@ -66,7 +66,7 @@ struct ContactFinder::Pair {
   PairMaterial material;
   Vector3 acceleration;            ///< by gravity, of a relative to b, m/s²
   double fall;                     ///< speed that gravity gives a relative to b in a step, m/s
-  double speed;                    ///< sum of both bodies' speeds and of gravity's in a step, m/s
+  double speed;                    ///< of a relative to b, and gravity's in a step, m/s
   double size;                     ///< of the smaller shape, m
   double time;                     ///< until they meet, s
   Vector3 path = Vector3::Zero();  ///< of a relative to b until they meet, m
@@ -106,7 +106,7 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
             .material = {on_a.material, on_b.material},
             .acceleration = acceleration,
             .fall = (acceleration * duration_).norm(),
-            .speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm(),
+            .speed = (va.linear - vb.linear).norm() + duration_ * model_.gravity.norm(),
             .size = smaller_size(a, b),
             .time = time,
             .remembered = remembered_of(a, b),
@@ -166,14 +166,14 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
       contact.tangent_b1 = before.tangent_b1;
       contact.tangent_b2 = before.tangent_b2;
     } else {
-      const Vector3 along =
-          aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
-                   : perpendicular(point.normal);
+      const Vector3 along = aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_,
+                                                  1e-9 * (pair.speed + pair.vb.linear.norm()))
+                                     : perpendicular(point.normal);
       contact.normal_b = pair.in_b(contact, point.normal);
       contact.tangent_b1 = pair.in_b(contact, along);
       contact.tangent_b2 = pair.in_b(contact, point.normal.cross(along));
     }
-    contact.margin = margins_[a] + margins_[b] + (pair.patch ? spare_margin * pair.size : 0);
+    contact.margin = margin_of(a, b) + (pair.patch ? spare_margin * pair.size : 0);
     contact.slid = slip_speed > pair.fall;
     contact.friction = contact.slid ? pair.material.dynamic_friction : pair.material.static_friction;
     set_impact(pair, point, velocity, slip_speed, contact);

@@ -47,7 +47,9 @@ SUBSTEP_KERNEL void start_impact(NormalRow& normal, RestitutionRow& row, const L
   // Let bodies approach freely before they meet. With τ < 1 the position-level row would brake them.
   const Lanes let_through = all(-2) * (approach + gain);
   const Lanes stopped = -row.closes * larger(gap, zero) / all(hs);
-  const Lanes after = choose(row.coefficient > zero, rebound(row, gap, approach, hs), stopped);
+  // Bodies that stay pressed together take back their overlap, as without restitution.
+  const Lanes bounced = larger(rebound(row, gap, approach, hs), -gap / all(hs));
+  const Lanes after = choose(row.coefficient > zero, bounced, stopped);
   row.right[0] = choose(meets, after, let_through);
 }
 

@@ -171,6 +171,40 @@ TEST(Stack, A1KeepsTenBoxesAtRest) {
   }
 }
 
+/// Adds a moving body that no force moves; returns it.
+int add_driven_box(Scene& scene, const Vector3& size, const Pose& pose, double friction) {
+  const int body = test::add_box(scene, size, 1, pose, friction);
+  scene.bodies[body].inverse_mass = 0;
+  scene.bodies[body].inverse_inertia.setZero();
+  return body;
+}
+
+/// Returns the angle of a pole 0.5 s after it begins to topple about its edge, rad, on a square floor; both
+/// move at `speed` along the edge.
+double angle_of_pole(Algorithm algorithm, double floor_size, double speed) {
+  constexpr double tilt = 0.25;
+  Scene scene = test::empty_scene();
+  const int floor = add_driven_box(scene, {floor_size, 1, floor_size}, test::at(0, -0.5, 0), 1);
+  const Vector3 centre(0, 0.5 * std::cos(tilt) + 0.1 * std::sin(tilt), 0);
+  const int pole = test::add_box(scene, {0.2, 1, 0.2}, 1, {centre, rotation_quaternion({0, 0, tilt})}, 1);
+  scene.bodies[floor].linear_velocity.z() = scene.bodies[pole].linear_velocity.z() = speed;
+  Settings settings = default_settings(algorithm);
+  settings.step = 1.0 / 240;
+  const Quaternion turned = test::run(scene, settings, 0.5).q[pole].angular;
+  return 2 * std::atan2(turned.z(), turned.w());
+}
+
+TEST(TopplingPole, IgnoresSizeAndSpeedOfFloor) {
+  // A pendulum of length r about the edge: θ'' = m g r/I sin(θ − atan 0.2), r² = 0.26 m², I = 1.04/3 m.
+  constexpr double exact = 0.3769;
+  for (const Algorithm algorithm : test::all_algorithms) {
+    const double angle = angle_of_pole(algorithm, 10, 0);
+    EXPECT_NEAR(angle, exact, 2e-3) << name(algorithm);  // measured: 1.3e-3 off
+    EXPECT_NEAR(angle_of_pole(algorithm, 4000, 0), angle, 1e-9) << name(algorithm);
+    EXPECT_NEAR(angle_of_pole(algorithm, 1000, 300), angle, 1e-9) << name(algorithm);
+  }
+}
+
 // Balls that bounce on a plane, level or tilted with gravity tilted likewise, against e² of the height.
 
 constexpr double bouncing_radius = 0.13;
@@ -250,6 +284,38 @@ TEST(Restitution, WithoutLossComesBackToTheHeight) {
     ASSERT_GE(heights.size(), 10U) << label(settings);
     for (const double height : heights) EXPECT_NEAR(height, drop, 0.01 * drop);  // measured at most 0.03 %
   });
+}
+
+TEST(Restitution, IgnoresCommonVelocity) {
+  Scene scene = test::weightless_scene();
+  for (const double sign : {-1.0, 1.0}) {
+    const int ball = test::add_ball(scene, 0.1, 1, {0.3 * sign, 0, 0}, 0, 1);
+    scene.bodies[ball].linear_velocity = {-sign, 0, 300};
+  }
+  for (const Algorithm algorithm : test::all_algorithms) {
+    const State state = test::run(scene, default_settings(algorithm), 0.6);
+    EXPECT_NEAR(state.v[2].linear.x() - state.v[1].linear.x(), 2, 1e-9) << name(algorithm);
+  }
+}
+
+// A turning bar pushes a ball outwards, which slides at r = 0.2 exp(5 t) m.
+TEST(Restitution, PressedBallStaysOut) {
+  constexpr double spin = 5;
+  constexpr double radius = 0.05;
+  Scene scene = test::weightless_scene();
+  const int bar = add_driven_box(scene, {6, 0.2, 0.1}, test::at(0, 0, 0), 0);
+  scene.bodies[bar].angular_velocity.y() = spin;
+  const int ball = test::add_ball(scene, radius, 1, {0.2, 0, -2 * radius}, 0, 0.1);
+  scene.bodies[ball].linear_velocity = spin * Vector3(0.2 - 2 * radius, 0, -0.2);
+  for (Collider& collider : scene.colliders) collider.material.restitution = 0.1;
+  for (const Algorithm algorithm : test::all_algorithms) {
+    Settings settings = default_settings(algorithm);
+    settings.step = 1.0 / 240;
+    const double overlap = test::largest(scene, settings, 0.4, [&](const State& state, double) {
+      return 2 * radius + (state.q[bar].angular.inverse() * state.q[ball].linear).z();
+    });
+    EXPECT_LT(overlap, 0.002) << name(algorithm);  // measured: 0.6 mm
+  }
 }
 
 TEST(Restitution, WithoutRestitutionStaysDown) {
