@@ -13,7 +13,7 @@
 // impulse of the step so far, and τ and κ act on position-level rows alone, so that a motor reaches its own
 // β (line 11). A contact's point on a ball is where the normal meets the ball, and once the bodies have met,
 // the point on the body with which the normal turns follows the other body's (line 15). Beyond the report,
-// contacts can have their own τ and κ (claim 17). Where contacts bounce, or collide beside joints, a sub-step
+// contacts can have their own τ and κ (claim 17). Where contacts bounce, or joints transmit a hit, a sub-step
 // takes more than m sweeps, since no later one restores an impulse that is missing (line 8). Contacts:
 // contact_batch.h.
 

@@ -75,8 +75,9 @@ struct Constraints {
   std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
   /// Impulses of the rows in the last sub-step of the step before; empty without a warm start.
   std::vector<double> last_step_impulses;
-  int limits_of = 1;        ///< number of sub-steps that have begun: limits are multiplied by it
-  ContactBatches contacts;  ///< a sweep solves them last
+  int limits_of = 1;          ///< number of sub-steps that have begun: limits are multiplied by it
+  bool is_limit_hit = false;  ///< a rigid one-sided limit is hit in the sub-step
+  ContactBatches contacts;    ///< a sweep solves them last
 
   std::span<Row> rows_of(const Block& x) { return {rows.data() + x.first, x.rows}; }
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
@@ -96,11 +97,13 @@ inline Impulse solve(Constraints& c, const Block& x, const Stabilization& by, co
     const double wanted = x.stabilized ? by.tau * row.beta - by.kappa * velocity -
                                              row.softness * (by.kappa / limit_scale) * row.impulse
                                        : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
-    // The limits hold for the sum of all sub-steps so far: a later one may take back an earlier impulse.
+    // The limits hold for the sum of all sub-steps so far: a later one may take back an earlier impulse. A
+    // one-sided spring may not: it would pull.
     const double scale = limit_scale * c.limits_of;
+    const double earlier = x.stabilized || row.low < 0 ? row.earlier : 0;
     const double before = row.impulse;
-    row.impulse = std::clamp(before + wanted * row.effective_mass, row.low * scale - row.earlier,
-                             row.high * scale - row.earlier);
+    row.impulse = std::clamp(before + wanted * row.effective_mass, row.low * scale - earlier,
+                             row.high * scale - earlier);
     change[0] = row.impulse - before;
     return change;
   }

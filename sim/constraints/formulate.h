@@ -107,11 +107,12 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 /// is a fraction of the last sub-step's impulses, which are applied to `v`.
 void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v = nullptr);
 
-/// Returns the number of sweeps of a sub-step for the setting m. The sub-step of an impact takes enough to
-/// transmit it through joints and rows of touching bodies.
+/// Returns the number of sweeps of a sub-step for the setting m. The sub-step of an impact, or of a hit on a
+/// joint's limit, takes enough to transmit it through joints and rows of touching bodies.
 int sweeps_of(const Problem& problem, int m);
 
-/// Updates biases, β_x ← β_x − J̆ v̆, of every position-level row. β of friction that slides is 0.
+/// Updates biases, β_x ← β_x − J̆ v̆, of every position-level row. β of friction that slides is 0. A damped
+/// soft limit whose bound is passed acts as a spring from then on.
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 
 /// Scales biases, β□ = (τ/κ) β, of every row that is stabilized; the others' fixed point is their own β.
@@ -119,7 +120,7 @@ void box_biases(Constraints& c, const Settings& settings);
 
 /// Adds J̆ change to β_x as far as x does not follow the coordinates, and for contacts with their own τ and
 /// κ: A5's sum of velocities updates all rows by one factor. The change is (τ/κ) v̆, which led to `sum_v`. β
-/// of friction that slides is J̆ sv.
+/// of friction that slides is J̆ sv. Soft limits as in update_biases().
 void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& v_local,
                       const std::vector<Velocity>& sum_v);
 

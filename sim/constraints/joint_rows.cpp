@@ -1,5 +1,6 @@
 // s2 of joints: lists their blocks, and computes the rows of locks, limits and drives.
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -33,6 +34,14 @@ void set_rigid(double beta, const Vector3& linear, Row& row) {
   row.softness = 0;
 }
 
+/// Returns the pseudo-inverse of Γ: 0 along eigenvectors in which rounding alone moves the bodies.
+Matrix3 inverse_where_movable(const Matrix3& gamma) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(gamma);
+  const Vector3& values = solver.eigenvalues();
+  const Vector3 inverse = (values.array() > 1e-12 * values[2]).select(values.cwiseInverse(), 0.0);
+  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 /// Sets the inverse of Γ of a block's rows.
 void invert_gamma(Constraints& c, const Block& x) {
   Matrix3 gamma = Matrix3::Identity();
@@ -45,7 +54,13 @@ void invert_gamma(Constraints& c, const Block& x) {
                                   r.angular_a.dot(s.response_a) + r.angular_b.dot(s.response_b);
     }
   }
-  c.effective_masses[x.coupling] = gamma.inverse();
+  Matrix3& inverse = c.effective_masses[x.coupling];
+  double determinant = 0;
+  bool is_regular = false;
+  gamma.computeInverseAndDetWithCheck(inverse, determinant, is_regular, 1e-12 * gamma.diagonal().prod());
+  if (is_regular) return;
+  for (int i = x.rows; i < 3; ++i) gamma(i, i) = 0;
+  inverse = inverse_where_movable(gamma);
 }
 
 /// The attachment frames in the world.

@@ -19,6 +19,33 @@ void apply_warm_start(const Constraints& c, const Block& x, double scale, std::v
   apply(c, x, impulse_of(c, x), v, scale);
 }
 
+/// Returns true where bodies hit a rigid one-sided limit in the sub-step, at twice the speed that gravity
+/// gives them in it or more. `sum_v`: A5's sum of velocities, which β includes, else null.
+bool hits_limit(const Problem& problem, const Block& x, const std::vector<Velocity>& v,
+                const std::vector<Velocity>* sum_v) {
+  const Row& row = problem.c.rows[x.first];
+  if (x.kind != Block::Kind::limit || !x.stabilized || row.low < 0) return false;
+  const double approach = -row_velocity(row, v[x.a], v[x.b]);
+  const double beta = row.beta - (sum_v ? row_velocity(row, (*sum_v)[x.a], (*sum_v)[x.b]) : 0);
+  // β = −room/hs. With τ < 1 the row brakes before the room is closed, so count one sub-step more.
+  if (approach <= 0 || 2 * approach + beta < 0) return false;
+  // Compare energies, so that angles and lengths have one rule.
+  const double gained = 2 * problem.substeps.duration * problem.model->gravity.norm();
+  return approach * approach * row.effective_mass * (x.inverse_mass_a + x.inverse_mass_b) > gained * gained;
+}
+
+/// Lets a one-sided spring with a damper act where its bound is passed within the step. `followed`: A5's
+/// J sv, which β includes.
+void engage_spring(const Problem& problem, Block& x, Row& row, double followed) {
+  if (x.kind != Block::Kind::limit || x.stabilized || x.positional_bias_fraction < 1) return;
+  const Limit& limit = problem.model->limits[x.source];
+  const double passed = row.beta - followed;
+  if (limit.damping == 0 || passed <= 0) return;
+  const double elastic = problem.substeps.duration * limit.stiffness;
+  x.positional_bias_fraction = elastic / (elastic + limit.damping);
+  row.beta = followed + x.positional_bias_fraction * passed;
+}
+
 /// Returns the angular velocity, in its frame, of the k-th gyroscopic body at the end of a (sub-)step with
 /// the mean angular velocity `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
@@ -120,6 +147,8 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   Constraints& c = problem.c;
   const auto [fraction, joint_scale, contact_scale] = problem.warm_start;
   ++c.limits_of;
+  c.is_limit_hit =
+      std::ranges::any_of(c.blocks, [&](const Block& x) { return hits_limit(problem, x, v, sum_v); });
   for (Row& row : c.rows) {
     row.earlier += row.impulse;
     row.impulse = fraction > 0 ? fraction * row.impulse : 0;
@@ -136,16 +165,18 @@ int sweeps_of(const Problem& problem, int m) {
   constexpr int sweeps_of_bounce = 30;
   constexpr int sweeps_of_jointed_impact = 8;
   if (problem.c.contacts.bounces) return std::max(m, sweeps_of_bounce);
-  const bool joints_transmit = problem.c.contacts.has_impact && !problem.c.blocks.empty();
+  const bool joints_transmit =
+      problem.c.is_limit_hit || (problem.c.contacts.has_impact && !problem.c.blocks.empty());
   return joints_transmit ? std::max(m, sweeps_of_jointed_impact) : m;
 }
 
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
   Constraints& c = problem.c;
-  for (const Block& x : c.blocks) {
+  for (Block& x : c.blocks) {
     if (x.positional_bias_fraction == 0) continue;
     for (Row& row : c.rows_of(x)) {
       row.beta -= x.positional_bias_fraction * row_velocity(row, v_local[x.a], v_local[x.b]);
+      engage_spring(problem, x, row, 0);
     }
   }
   add_to_biases(c.contacts, -1, v_local);
@@ -169,12 +200,13 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
   const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const bool contacts_differ = contact_tau * kappa != tau * contact_kappa;
   if (contacts_differ || !c.blocks.empty()) scale(tau / kappa, v_local, substeps.change);
-  for (const Block& x : c.blocks) {
+  for (Block& x : c.blocks) {
     // A row that is not stabilized follows v̆ by its positional fraction, not (τ/κ) v̆.
     const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
-    if (undone == 0) continue;
+    if (undone == 0 && x.stabilized) continue;
     for (Row& row : c.rows_of(x)) {
       row.beta += undone * row_velocity(row, substeps.change[x.a], substeps.change[x.b]);
+      engage_spring(problem, x, row, row_velocity(row, sum_v[x.a], sum_v[x.b]));
     }
   }
   if (contacts_differ)

@@ -31,9 +31,9 @@ namespace {
 constexpr double gamma = 0.999;
 constexpr double least_penalty = 1;
 constexpr double largest_penalty = 1e10;
-constexpr double angular_growth = 0.01;          // of angular rows' β, relative to that of linear rows
-constexpr double sticking_distance = 1e-5;       // m
-constexpr double least_inverse_inertia = 1e-30;  // of bodies that do not turn, 1/(kg m²)
+constexpr double angular_growth = 0.01;     // of angular rows' β, relative to that of linear rows
+constexpr double sticking_distance = 1e-5;  // m
+constexpr double least_inverse = 1e-30;     // of bodies that do not move or turn, 1/kg and 1/(kg m²)
 
 /// Returns the rotation vector from one orientation to another, in the frame of `from`.
 Vector3 turn(const Quaternion& from, const Quaternion& to) {
@@ -225,8 +225,8 @@ void update_body(int i, double h, Problem& problem, std::vector<Coordinates>& q,
   const Coordinates& begin = problem.substeps.stepped[i];
   Matrix6 lhs = Matrix6::Zero();  // (5), (6)
   Vector6 rhs;
-  lhs.diagonal() << Vector3::Constant(1 / (mass.inverse_mass * h * h)),
-      mass.inverse_inertia.cwiseMax(least_inverse_inertia).cwiseInverse() / (h * h);
+  lhs.diagonal() << Vector3::Constant(1 / (std::max(mass.inverse_mass, least_inverse) * h * h)),
+      mass.inverse_inertia.cwiseMax(least_inverse).cwiseInverse() / (h * h);
   rhs << q[i].linear - work.inertial[i].linear, turn(work.inertial[i].angular, q[i].angular);
   rhs.array() *= -lhs.diagonal().array();
   for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {

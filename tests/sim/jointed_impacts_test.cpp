@@ -238,5 +238,28 @@ TEST(JointedImpact, HammerOnAChainTakesItsImpulse) {
   run({"hammer on a chain: momentum", 0.02, &draw_hammer});
 }
 
+// Two rods in line turn at 1 rad/s until the first one's hinge meets a stop. The second one keeps its angular
+// momentum about the hinge between them, m (1.5 · 0.5 + 1/12), where its moment is m/3.
+TEST(JointedImpact, StoppedLinkPassesItsSpinOn) {
+  Scene scene = weightless_scene();
+  for (int i = 0; i < 2; ++i) {
+    Body& body = scene.bodies.emplace_back(rod(1, 1));
+    body.pose.position = {0.5 + i, 0, 0};
+    body.linear_velocity = {0, 0.5 + i, 0};
+    body.angular_velocity = {0, 0, 1};
+    scene.joints.push_back(ball_joint(i, i + 1, {i == 0 ? 0 : 0.5, 0, 0}, {-0.5, 0, 0}));
+    scene.joints.back().limits.push_back(locked(true, {true, true, false}));
+  }
+  scene.joints[0].limits.push_back(range(true, {false, false, true}, -infinity, 0.1));
+  // A2 is off by 5 % after its ten sweeps.
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    for (const double step : {1.0 / 60, 1.0 / 120, 1.0 / 240}) {
+      const State state = run(scene, {.algorithm = algorithm, .step = step}, 0.2);
+      EXPECT_NEAR(state.v[1].angular.z(), 0, 0.06) << name(algorithm) << " " << step;
+      EXPECT_NEAR(state.v[2].angular.z(), 2.5, 0.06) << name(algorithm) << " " << step;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace substep::test

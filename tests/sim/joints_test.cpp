@@ -367,6 +367,24 @@ TEST(Joints, JointToAPostSilencesThePostAlone) {
   }
 }
 
+// A row in whose direction nothing moves has Γ = 0. The other directions continue at 1 rad/s.
+TEST(Bodies, ImmovableDirectionsLeaveTheOthers) {
+  Scene wheel = jointed_body({locked_point, test::locked(true, {true, true, false})});
+  wheel.bodies[1].inverse_inertia = {0, 0, 4};
+  wheel.bodies[1].angular_velocity = {0, 0, 1};
+  const Vector3 arm(0.3, -0.5, 0.4);
+  Scene pivot = jointed_body({locked_point}, arm);
+  pivot.bodies[1].inverse_mass = 0;
+  pivot.bodies[1].angular_velocity = arm.normalized();
+  for (const Scene* scene : {&wheel, &pivot}) {
+    for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
+                                      Algorithm::a5, Algorithm::soft, Algorithm::avbd}) {
+      const Vector3 turned = rotation_after(*scene, settings_of(algorithm, 1.0 / 60), 1);
+      EXPECT_LT((turned - scene->bodies[1].angular_velocity).norm(), 1e-9) << name(algorithm);
+    }
+  }
+}
+
 TEST(Bodies, InfiniteMomentsDoNotTurn) {
   Scene scene = test::floor_scene(0.6);
   test::add_box(scene, {0.4, 1, 0.4}, 1, {{0, 0.7, 0}, rotation_quaternion({0, 0, 0.3})}, 0.6);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/sim/test_scenes.h"
 
@@ -99,6 +100,29 @@ TEST(Spring, HangsAtItsStaticDeflection) {
       EXPECT_NEAR(deflection, expected, 1e-12 * expected) << label(settings);  // measured 9e-15
     }
   });
+}
+
+// A critically damped bumper, k = ω² m and c = 2 ω m, that is met at 2 m/s lets go where its force is 0, at
+// t = 2/ω, with 2 e⁻² m/s.
+TEST(Spring, BumperPushesUntilItsForceEnds) {
+  constexpr double mass = 2.3;
+  const Vector3 along = tilt * Vector3(1, 0, 0);
+  for (const double omega : {10.0, 100.0}) {
+    Scene scene = jointed_body(mass);
+    free_axis(scene, false);
+    JointLimit bumper = test::range(false, {true, false, false}, -infinity, 0.503);
+    bumper.stiffness = omega * omega * mass;
+    bumper.damping = 2 * omega * mass;
+    scene.joints[0].limits.push_back(bumper);
+    scene.bodies[1].linear_velocity = 2 * along;
+    for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+      for (const double kappa : {0.8, 1.0}) {
+        const State state = test::run(scene, test::sub_stepped(algorithm, 64, 0.6, kappa), 1);
+        EXPECT_NEAR(state.v[1].linear.dot(along), -2 * std::exp(-2.0), 0.01)
+            << name(algorithm) << " " << omega;
+      }
+    }
+  }
 }
 
 TEST(Motor, AcceleratesByForceOverMassAtLimit) {
