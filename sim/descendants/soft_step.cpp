@@ -214,15 +214,17 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
     carry_momenta(problem, hs, v_local);
   }
   apply_restitution(model, points, v_local);
-  // Store the coordinates and forces
+  // Store the coordinates and forces. Divide by a whole step's hs: in a short part the force of an impact
+  // would be high, and grow to a larger impulse in the next part.
+  const double whole = hs / problem.substeps.part;
   q = problem.substeps.stepped;
   carried.contacts.clear();
   carried.contacts.reserve(problem.contacts->capacity());
   for (const SoftPoint& x : points) {
-    carried.contacts.push_back({x.step_impulse, x.impulse / hs, Vector3::Zero(), Vector3::Zero()});
+    carried.contacts.push_back({x.step_impulse, x.impulse / whole, Vector3::Zero(), Vector3::Zero()});
   }
   carried.joints.clear();
-  for (const Row& row : c.rows) carried.joints.push_back(row.impulse / hs);
+  for (const Row& row : c.rows) carried.joints.push_back(row.impulse / whole);
   return n * (2 * std::ssize(c.rows) + 4 * std::ssize(points));
 }
 
