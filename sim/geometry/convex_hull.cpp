@@ -301,6 +301,7 @@ Polytope box(const Vector3& size) {
 
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides) {
   make_cylinder(height, radius_bottom, radius_top);  // throws Error for invalid measures
+  if (sides < 3) throw Error("a prism needs at least 3 sides, but has {}", sides);
   const auto count = static_cast<std::uint32_t>(sides);
   std::vector<Vector3> vertices;
   // Adds the vertices of the ring at y and returns their indices; a ring of radius 0 is one vertex.

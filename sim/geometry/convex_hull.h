@@ -17,7 +17,7 @@ Polytope convex_hull(std::span<const Vector3> points, const std::string& what);
 Polytope box(const Vector3& size);
 
 /// Returns a cylinder along +Y between y = ±height/2 with a bottom and a top radius, as a prism of `sides`
-/// sides whose vertices lie on the circles. A radius of 0 makes a cone.
+/// sides, at least 3, whose vertices lie on the circles. A radius of 0 makes a cone.
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides = 32);
 
 /// Returns an ellipsoid about the origin, with the hull of points on it: `rings` from pole to pole along Y,

@@ -1,6 +1,8 @@
 #include "sim/loading/physics_extension.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 
 namespace substep {
@@ -129,6 +131,28 @@ CollisionFilter read_filter(const JsonValue& json, std::vector<std::string>& nam
   return filter;
 }
 
+/// The largest angle of a joint, rad: π, which files may round up.
+constexpr double largest_angle = (1 + 1e-6) * std::numbers::pi;
+
+/// Throws Error where no position meets the limit. Warns of ends and values without effect.
+void check_limit(const JsonValue& json, const JointLimit& limit) {
+  if (limit.min > limit.max) json.fail("has min {} above max {}", limit.min, limit.max);
+  const bool is_signed = std::ranges::count(limit.axes, true) == 1;
+  const double most = limit.angular ? largest_angle : infinity;
+  if (limit.min > most || limit.max < (is_signed ? -most : 0)) {
+    json.fail("no {} lies from {} to {}",
+              !limit.angular ? "distance of 0 or more"
+              : is_signed    ? "angle between -pi and pi"
+                             : "angle between 0 and pi",
+              limit.min, limit.max);
+  }
+  const auto is_beyond = [&](double end) { return end > most && end < infinity; };
+  if (is_beyond(-limit.min) || is_beyond(limit.max)) json.warn("an end beyond pi has no effect");
+  if (limit.min == -infinity && limit.max == infinity) json.warn("a limit without min and max has no effect");
+  if (!limit.stiffness && limit.damping > 0) json.warn("damping has no effect without stiffness");
+  if (limit.stiffness == 0 && limit.damping == 0) json.warn("stiffness 0 has no effect without damping");
+}
+
 JointLimit read_limit(const JsonValue& json) {
   json.warn_of_unknown({"linearAxes", "angularAxes", "min", "max", "stiffness", "damping"});
   JointLimit limit;
@@ -145,10 +169,15 @@ JointLimit read_limit(const JsonValue& json) {
   if (axes.json().empty()) axes.fail("names no axis");
   json.read("min", limit.min, &JsonValue::number);
   json.read("max", limit.max, &JsonValue::number);
-  if (limit.min > limit.max) json.fail("has min {} above max {}", limit.min, limit.max);
   json.read("stiffness", limit.stiffness, &JsonValue::non_negative);
   json.read("damping", limit.damping, &JsonValue::non_negative);
+  check_limit(json, limit);
   return limit;
+}
+
+/// Returns false for a drive without stiffness and damping: it does nothing.
+bool has_force(const JointDrive& drive) {
+  return drive.stiffness + drive.damping > 0;
 }
 
 JointDrive read_drive(const JsonValue& json) {
@@ -165,10 +194,13 @@ JointDrive read_drive(const JsonValue& json) {
   json.read("damping", drive.damping, &JsonValue::non_negative);
   if (drive.position_target != 0 && drive.stiffness == 0) {
     json.warn("positionTarget has no effect without stiffness");
+  } else if (drive.angular && std::abs(drive.position_target) > largest_angle) {
+    json.require("positionTarget").fail("must lie between -pi and pi, but is {}", drive.position_target);
   }
   if (drive.velocity_target != 0 && drive.damping == 0) {
     json.warn("velocityTarget has no effect without damping");
   }
+  if (!has_force(drive)) json.warn("a drive without stiffness and damping has no effect");
   return drive;
 }
 
@@ -187,6 +219,7 @@ Joint read_joint(const JsonValue& json) {
   Joint joint;
   for (const JsonValue& limit : few_items(json, "limits")) joint.limits.push_back(read_limit(limit));
   for (const JsonValue& drive : few_items(json, "drives")) joint.drives.push_back(read_drive(drive));
+  std::erase_if(joint.drives, [](const JointDrive& drive) { return !has_force(drive); });
   return joint;
 }
 

@@ -7,6 +7,7 @@
 
 #include "sim/error.h"
 #include "sim/geometry/round_shapes.h"
+#include "sim/model/state.h"
 
 namespace substep {
 namespace {
@@ -63,6 +64,10 @@ void check(const Scene& scene) {
     return is_body(i) && scene.bodies[i].inverse_mass == 0 && scene.bodies[i].inverse_inertia.isZero(0);
   };
   require(is_held(world_body), "it", "the world as its first body, which no force moves");
+  const Body& world = scene.bodies[world_body];
+  require(world.pose.position.isZero(0) && world.pose.orientation.vec().isZero(0) &&
+              world.linear_velocity.isZero(0) && world.angular_velocity.isZero(0),
+          "the world", "the identity pose and no velocity");
   require(scene.gravity.allFinite(), "its gravity", "finite numbers");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     require(is_valid(scene.bodies[i]), fmt::format("body {} ({})", i, scene.bodies[i].name),
@@ -94,8 +99,9 @@ void check(const Scene& scene) {
     }
     for (const JointDrive& drive : joint.drives) {
       require(drive.axis >= 0 && drive.axis < 3 && drive.max_force >= 0 && drive.stiffness >= 0 &&
-                  drive.damping >= 0 && drive.stiffness + drive.damping > 0,
-              part, "drives with an axis from 0 to 2, and stiffness or damping above 0: they make the force");
+                  drive.damping >= 0 && drive.stiffness + drive.damping > 0 &&
+                  std::isfinite(drive.position_target + drive.velocity_target),
+              part, "drives with an axis from 0 to 2, finite targets, and stiffness or damping above 0");
     }
   }
 }

@@ -211,6 +211,7 @@ TEST(Cylinder, HasVerticesOnCircles) {
   EXPECT_DOUBLE_EQ(mass_properties(cone).mass, mass_properties(upside_down).mass);
   EXPECT_THROW(cylinder(0, 1, 1), Error);
   EXPECT_THROW(cylinder(1, 0, 0), Error);
+  EXPECT_THROW(cylinder(1, 1, 1, 2), Error);
 }
 
 TEST(Scaled, KeepsBoxesAndValidHulls) {

@@ -163,9 +163,15 @@ TEST(Refusal, RefusesPhysics) {
         names axis 0 again | /$/physicsJoints/0/limits/0/linearAxes/1
     /$/physicsJoints/0/limits/0/linearAxes = [] | names no axis
     /$/physicsJoints/0/limits/0/max = -1 | has min 0 above max -1 | /$/physicsJoints/0/limits/0
+    /$/physicsJoints/0/limits/0 = {"linearAxes": [0, 2], "max": -1} | no distance of 0 or more lies from -inf to -1
+    /$/physicsJoints/0/limits/0 = {"angularAxes": [0, 1], "min": 4} | no angle between 0 and pi lies from 4 to inf
+    /$/physicsJoints/0/limits/0 = {"angularAxes": [1], "min": 3.5, "max": 3.5} |
+        no angle between -pi and pi lies from 3.5 to 3.5
     /$/physicsJoints/0/limits/0/stiffness = -1 | must not be negative
     /$/physicsJoints/0/drives/0/type = "spherical" | unknown 'spherical'; known are linear, angular
     /$/physicsJoints/0/drives/0/axis = 3 | is 3, which is more than 2
+    /$/physicsJoints/0/drives/0/positionTarget = 4; /$/physicsJoints/0/drives/0/stiffness = 1 |
+        must lie between -pi and pi, but is 4 | /$/physicsJoints/0/drives/0/positionTarget
     /nodes/3/$/joint = {"connectedNode": 0, "joint": 0} | neither belongs to a body | /nodes/3/$/joint
     /nodes/2/$/joint/connectedNode = 1 | joins the body 'crate' to itself | /nodes/2/$/joint
     /nodes/2/$/joint/connectedNode = 5 | which is not in the scene
@@ -354,6 +360,11 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
         has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water
     /$/physicsJoints/0/drives/0/positionTarget = 1 | positionTarget has no effect without stiffness
     /$/physicsJoints/0/drives/0/damping = | velocityTarget has no effect without damping
+    /$/physicsJoints/0/drives/0/damping = | a drive without stiffness and damping has no effect
+    /$/physicsJoints/0/limits/0 = {"angularAxes": [2], "min": -4, "max": 4} | an end beyond pi has no effect
+    /$/physicsJoints/0/limits/0 = {"angularAxes": [2]} | a limit without min and max has no effect
+    /$/physicsJoints/0/limits/0/damping = 1 | damping has no effect without stiffness
+    /$/physicsJoints/0/limits/0/stiffness = 0 | stiffness 0 has no effect without damping
     /nodes/1/$/collider/geometry/convexHull = true | convexHull has no effect beside 'shape'
     /nodes/3/$/trigger = {"geometry": {"shape": 1}} | a trigger is ignored: it moves nothing
     /nodes/4/$ = {"motion": {"mass": 2, "inertiaDiagonal": [1, 5, 1]}} |
@@ -379,6 +390,7 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
 TEST(Features, LoadWithoutWarning) {
   expect_warnings(example(), R"(
     /#/0/plane = {"sizeX": 4, "sizeZ": 4, "doubleSided": true}
+    /$/physicsJoints/0/limits/0 = {"angularAxes": [2], "min": -3.1415927, "max": 3.1415927}
     /nodes/1/$/motion/inertiaDiagonal = [1, 2, 3]
     /nodes/1/$/motion/inertiaDiagonal = [1, 0, 5]
     /materials/0/alphaMode = "MASK"; /materials/0/alphaCutoff = 0.3; /materials/0/doubleSided = true

@@ -82,6 +82,8 @@ TEST(Model, RefusesInvalidParts) {
   const std::pair<std::string, Change> changes[] = {
       {"it needs the world", [](Scene& scene) { scene = Scene{}; }},
       {"it needs the world", [](Scene& scene) { scene.bodies[0].inverse_mass = 1; }},
+      {"the world needs", [](Scene& scene) { scene.bodies[0].pose.position.x() = 1; }},
+      {"the world needs", [](Scene& scene) { scene.bodies[0].linear_velocity.x() = 1; }},
       {"its gravity needs", [](Scene& scene) { scene.gravity.x() = infinity; }},
       {body, [](Scene& scene) { scene.bodies[1].inverse_mass = infinity; }},
       {body, [](Scene& scene) { scene.bodies[1].inverse_inertia.x() = -1; }},
@@ -103,6 +105,7 @@ TEST(Model, RefusesInvalidParts) {
       {joint, [](Scene& scene) { scene.joints[0].limits[0].axes = {}; }},
       {joint, drive({.axis = 5, .damping = 1})},
       {joint, drive({.stiffness = -1, .damping = 2})},
+      {joint, drive({.velocity_target = std::nan(""), .damping = 1})},
       {joint, drive({})}};
   Scene valid = test::box_stack(1);
   valid.joints.push_back(test::ball_joint(1, 0, Vector3::Zero(), {0, 0.5, 0}));
