@@ -66,7 +66,7 @@ std::string csv_lines(const Scene& scene, const State& state, double time, std::
   std::string text;
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
-    if (body.inverse_mass == 0) continue;
+    if (body.is_kinematic()) continue;
     const Vector3& x = state.q[i].linear;
     const Quaternion r = state.q[i].angular * body.body_from_node.orientation;
     const Vector3& v = state.v[i].linear;

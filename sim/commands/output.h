@@ -58,7 +58,7 @@ struct OutputOption {
 /// node, and its velocities (m/s, rad/s), in the world.
 inline constexpr std::string_view csv_columns = "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
 
-/// Returns a line of these columns for each body that can move, with `more` at the end of each.
+/// Returns a line of these columns for each dynamic or pivoting body, with `more` at the end of each.
 std::string csv_lines(const Scene& scene, const State& state, double time, std::string_view more = "");
 
 }  // namespace substep

@@ -143,7 +143,7 @@ class PoseTableReader {
     Sample last;
   };
 
-  bool needs_rows(std::size_t body) const { return scene_.bodies[body].inverse_mass > 0; }
+  bool needs_rows(std::size_t body) const { return !scene_.bodies[body].is_kinematic(); }
 
   void read_header() {
     if (!rows_.next()) rows_.refuse("the table is empty: a header is expected");
@@ -270,7 +270,7 @@ class PoseTableReader {
     }
   }
 
-  /// Sets velocities to central differences of poses, and the last ones to backward differences.
+  /// Sets velocities to central differences of poses, and the last ones to those of parabolas.
   void differentiate() {
     for (std::size_t i = 1; i < bodies_.size(); ++i) {
       if (bodies_[i].rows == 0) continue;
@@ -280,8 +280,12 @@ class PoseTableReader {
         const double time = static_cast<double>(next - (k - 1)) * step_;
         const Coordinates& a = states_[k - 1].q[i];
         const Coordinates& b = states_[next].q[i];
-        states_[k].v[i] = {(b.linear - a.linear) / time,
-                           rotation_vector(compose(b.angular, a.angular.conjugate())) / time};
+        Velocity& v = states_[k].v[i];
+        v = {(b.linear - a.linear) / time, rotation_vector(compose(b.angular, a.angular.conjugate())) / time};
+        if (next > k) continue;
+        // The mean velocity is that of both ends.
+        v.linear = 2 * v.linear - states_[k - 1].v[i].linear;
+        v.angular = 2 * v.angular - states_[k - 1].v[i].angular;
       }
     }
   }

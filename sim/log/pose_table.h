@@ -7,8 +7,8 @@
 ///
 /// Seconds, the body's name in the scene, its centre of mass (m), the orientation of its node (unit
 /// quaternion node → world), and, all six or none, its linear and angular velocity (m/s, rad/s), in the
-/// world. Columns may be in any order, and unknown ones are ignored. Every dynamic body needs the same number
-/// of rows, from t = 0 on and in the order of time; bodies that the scene moves itself need none.
+/// world. Columns may be in any order, and unknown ones are ignored. Every dynamic or pivoting body needs the
+/// same number of rows, from t = 0 on and in the order of time; kinematic bodies need none.
 
 #include <filesystem>
 #include <string>

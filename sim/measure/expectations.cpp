@@ -18,11 +18,6 @@ namespace {
 constexpr double same_time = 1e-9;  // s; rounding allowed when times are compared
 constexpr double least_rise = 0.1;  // smallest rise to and fall from a counted maximum, of the tolerance
 
-/// Returns the angle that is one of `angle` + 2π k and nearest to `before`, rad.
-double unwound(double angle, double before) {
-  return before + std::remainder(angle - before, 2 * std::numbers::pi);
-}
-
 /// Returns the bodies of an expectation; the world for one of the whole scene.
 std::vector<int> bodies_of(const Expectation& expectation) {
   return expectation.bodies.empty() ? std::vector{world_body} : expectation.bodies;
@@ -82,10 +77,14 @@ class QuantityOfBody {
       case Quantity::angular_velocity:
         return v.angular.dot(axis(state));
       case Quantity::angle:
-        return angle_ = unwound(turned(state), angle_);
+        return unwind(turned(state), v.angular.dot(e_.direction), time);
       case Quantity::azimuth: {
         const Vector3 arm = radial(state);
-        return angle_ = unwound(angle_of(arm.dot(sideways_), arm.dot(outwards_)), angle_);
+        const double angle = angle_of(arm.dot(sideways_), arm.dot(outwards_));
+        // Divide by the longer of the last two arms: a body that passes the axis closely turns by less than
+        // π.
+        const double squared = std::max(arm.squaredNorm(), std::exchange(squared_arm_, arm.squaredNorm()));
+        return unwind(angle, squared > 0 ? arm.cross(v.linear).dot(e_.direction) / squared : 0, time);
       }
       case Quantity::distance:
         return radial(state).norm();
@@ -109,6 +108,12 @@ class QuantityOfBody {
   }
 
  private:
+  /// Returns the angle that is one of `angle` + 2π k and nearest to the last one turned on at `rate`, rad.
+  double unwind(double angle, double rate, double time) {
+    const double predicted = angle_ + rate * (time - std::exchange(time_, time));
+    return angle_ = predicted + std::remainder(angle - predicted, 2 * std::numbers::pi);
+  }
+
   /// Returns the vector from the axis to the body's centre.
   Vector3 radial(const State& state) const {
     const Vector3 arm = state.q[body_].linear - e_.centre;
@@ -134,7 +139,10 @@ class QuantityOfBody {
   Vector3 sideways_;
   double energy_ = 0;
   Momentum momentum_;
+  // Of the last state:
   double angle_ = 0;
+  double time_ = 0;
+  double squared_arm_ = 0;
   std::optional<JointGapMeter> gap_;
 };
 

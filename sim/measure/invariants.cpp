@@ -62,10 +62,11 @@ double energy(const Scene& scene, const State& state) {
   double sum = 0;
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
-    if (body.inverse_mass == 0) continue;
+    if (body.inverse_mass > 0) {
+      sum += 0.5 / body.inverse_mass * state.v[i].linear.squaredNorm();
+      sum -= body.gravity_factor / body.inverse_mass * scene.gravity.dot(state.q[i].linear);
+    }
     const Vector3 local = state.q[i].angular.conjugate() * state.v[i].angular;
-    sum += 0.5 / body.inverse_mass * state.v[i].linear.squaredNorm();
-    sum -= body.gravity_factor / body.inverse_mass * scene.gravity.dot(state.q[i].linear);
     for (int axis = 0; axis < 3; ++axis) {
       if (body.inverse_inertia[axis] > 0) sum += 0.5 * local[axis] * local[axis] / body.inverse_inertia[axis];
     }

@@ -13,7 +13,7 @@ namespace substep {
 
 struct Metrics;
 
-/// Returns the kinetic and potential energy of all bodies of finite mass, J.
+/// Returns the kinetic and potential energy of all finite masses and moments of inertia, J.
 double energy(const Scene& scene, const State& state);
 
 /// Returns the kinetic energy at the start plus the energy of a fall by the scene's size, J.

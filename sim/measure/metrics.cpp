@@ -31,7 +31,7 @@ constexpr double bounded_energy = 0.1;
 /// Limit of the energy drift of free bodies, as a fraction of energy_scale().
 constexpr double free_energy = 0.01;
 /// Limit of the momentum drift of bodies that touch nothing fixed, as a fraction of the momentum that they
-/// have with the energy energy_scale().
+/// have with the energy energy_scale() plus the run's growth of energy.
 constexpr double free_momentum = 0.01;
 /// Limit of the angle by which summed rotation turns a body's momentum in A4 and A5, rad.
 constexpr double warned_turn = 0.1;
@@ -276,7 +276,7 @@ std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
             (is_free ? free_energy : bounded_energy) * scale, Severity::warning);
     }
   }
-  const double momentum = momentum_scale(scene, scale);
+  const double momentum = momentum_scale(scene, scale + metrics.energy_growth);
   check("momentum drift", metrics.momentum.value_or(0), "N·s", free_momentum * momentum, Severity::warning);
   check("angular momentum drift", metrics.angular_momentum.value_or(0), "N·m·s",
         free_momentum * momentum * size / 2, Severity::warning);

@@ -59,7 +59,7 @@ struct Distance {
 Distance distance(const Scene& scene, const State& a, const State& b, double size) {
   Distance result;
   for (std::size_t i = 1; i < a.q.size(); ++i) {
-    if (scene.bodies[i].inverse_mass == 0) continue;
+    if (scene.bodies[i].is_kinematic()) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
     const Uncertainty now{std::isfinite(d) ? d : infinity, std::isfinite(turn) ? turn : infinity};
@@ -109,7 +109,7 @@ std::vector<Uncertainty> unseen(const Scene& scene, const Motion& motion, std::s
   const auto largest = [&](const auto& velocity_of) {
     Uncertainty result;
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-      if (scene.bodies[i].inverse_mass == 0) continue;
+      if (scene.bodies[i].is_kinematic()) continue;
       const Velocity v = velocity_of(i);
       result = larger_of(result, {v.linear.norm(), v.angular.norm()});
     }
@@ -359,12 +359,13 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
     const State& one = a.samples[k];
     const State& other = b.samples[k];
     for (std::size_t i = 1; i < one.q.size(); ++i) {
-      if (scene.bodies[i].inverse_mass == 0) continue;
-      positions.add((one.q[i].linear - other.q[i].linear).norm());
+      const Body& body = scene.bodies[i];
+      if (body.is_kinematic()) continue;
+      if (body.inverse_mass > 0) positions.add((one.q[i].linear - other.q[i].linear).norm());
       turns.add(rotation_vector(Quaternion(one.q[i].angular.conjugate() * other.q[i].angular)).norm());
     }
   }
-  if (positions.is_empty()) return unknown;
+  if (turns.is_empty()) return unknown;
   return {positions.result(), turns.result()};
 }
 

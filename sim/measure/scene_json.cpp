@@ -172,7 +172,7 @@ Json of_joint(const Scene& scene, const Joint& joint) {
 
 const char* kind_of(const Body& body) {
   if (body.inverse_mass > 0) return "dynamic";
-  return body.inverse_inertia.isZero(0) ? "kinematic" : "pivoting";
+  return body.is_kinematic() ? "kinematic" : "pivoting";
 }
 
 /// Returns the reason why n is not that of most scenes; empty where it is.

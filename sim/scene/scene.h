@@ -32,6 +32,9 @@ struct Body {
   Pose pose;                                   ///< body frame → world
   Vector3 linear_velocity = Vector3::Zero();   ///< of the centre of mass, world, m/s
   Vector3 angular_velocity = Vector3::Zero();  ///< world, rad/s
+
+  /// True where no force moves or turns it.
+  bool is_kinematic() const { return inverse_mass == 0 && inverse_inertia.isZero(0); }
 };
 
 /// Rules for combining two materials' coefficients. Where two materials disagree, the first of these wins;

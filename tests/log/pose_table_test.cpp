@@ -90,6 +90,16 @@ TEST_F(PoseTable, DifferentiatesPosesWithoutVelocities) {
   EXPECT_EQ(states[0].v[2].linear, Vector3(1, 2, 3));
   EXPECT_NEAR((states[1].v[1].linear - Vector3(2, 0, -4)).norm(), 0, 1e-14);
   EXPECT_NEAR((states[1].v[1].angular - Vector3(0, 0, 4)).norm(), 0, 1e-14);
+  // The last velocities are also those of parabolas.
+  std::string text = "t,body,x,y,z,qw,qx,qy,qz\n";
+  for (const double t : {0.0, 0.1, 0.2}) {
+    const Quaternion q = rotation_quaternion({0, 0, 3 * t * t});
+    text += fmt::format("{},crate,{},0,0,{},0,0,{}\n", t, 5 * t * t, q.w(), q.z());
+    text += fmt::format("{},\"a, \"\"b\"\"\",0,0,0,1,0,0,0\n", t);
+  }
+  const Velocity last = read(text).at(2).v[1];
+  EXPECT_NEAR((last.linear - Vector3(2, 0, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((last.angular - Vector3(0, 0, 1.2)).norm(), 0, 1e-12);
 }
 
 TEST_F(PoseTable, ReadsCrlfAndByteOrderMark) {
@@ -147,6 +157,8 @@ TEST_F(PoseTable, NamesLineOfFault) {
               HasSubstr("the table ends without a row of a, \"b\""));
   EXPECT_THAT(refusal("t,body,x,y,z,qw,qx,qy,qz\n"), HasSubstr("the table ends without a row of crate"));
   EXPECT_THAT(refusal(std::string(1 << 20, 'x')), HasSubstr("the row is longer than 65536 bytes"));
+  scene_.bodies[3].inverse_inertia.x() = 1;
+  EXPECT_THAT(refusal(example_table()), HasSubstr("the table ends without a row of lift"));
   std::filesystem::remove(file_);
   EXPECT_THROW(read_pose_table(file_, scene_, step), Error);
   EXPECT_THROW(read_pose_table(folder_.path(), scene_, step), Error);

@@ -255,6 +255,10 @@ TEST(Difference, IsZeroForSameMotionAndMeasuresShift) {
   const MotionDifference turned = difference(scene, motion, other, 0.3);
   EXPECT_EQ(turned.position.largest, 0);
   EXPECT_NEAR(turned.orientation.largest, 0.2, 1e-15);  // measured 3e-17
+  // Turns of pivoting bodies count.
+  Scene pivoting = scene;
+  pivoting.bodies[2].inverse_mass = 0;
+  EXPECT_EQ(difference(pivoting, motion, other, 0.3).orientation.rms, turned.orientation.rms);
   other.samples.pop_back();
   EXPECT_TRUE(std::isinf(difference(scene, motion, other, 0.3).position.rms));
 }

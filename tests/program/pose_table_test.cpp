@@ -5,6 +5,7 @@
 
 #include "program.h"
 #include "sim/log/file_output.h"
+#include "tests/scene/example_scene.h"
 
 namespace substep {
 namespace {
@@ -17,6 +18,10 @@ class PoseTableCommands : public Program {
 TEST_F(PoseTableCommands, TableOfRunHasItsPoses) {
   expect("diff ours.poses.txt rig.csv --scene $S/incline.gltf", 1,
          {"author:  → rig\n", "largest over all poses: 0 m, "});
+  const Json tumbling = Json::parse(content_of(scene("tumbling_body.gltf")).value());
+  write("pivoting.gltf", test::edited(tumbling, "/nodes/3/$/motion/mass = 0").dump());
+  printed("run pivoting.gltf --duration 0.1 --csv pivoting.csv --output pivoting.poses.txt");
+  expect("diff pivoting.poses.txt pivoting.csv --scene pivoting.gltf", 1, {"all 7 frames have the same state"});
   printed("diff rig.csv rig.csv --scene $S/incline.gltf");
   refuses("diff rig.csv rig.csv", "name the table's scene with --scene FILE");
   refuses("export rig.csv", "name the table's scene with --scene FILE");
