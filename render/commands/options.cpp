@@ -14,6 +14,7 @@
 #include "sim/error.h"
 #include "sim/log/pose_table.h"
 #include "sim/model/state.h"
+#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep::render {
@@ -137,15 +138,21 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
 
 ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   const Settings base = solver.settings(scene_to_show);
+  const PanelDefaults defaults{[&](Algorithm algorithm) {
+                                 Settings result = usual_settings(scene_to_show, algorithm);
+                                 solver.apply_to(result);
+                                 return result;
+                               },
+                               solver.has("substeps") || solver.has("iterations")};
   ComparisonSettings settings;
   if (panels_file_) {
-    PanelFile file = read_panels(*panels_file_, base);
+    PanelFile file = read_panels(*panels_file_, defaults);
     settings.panels = std::move(file.panels);
     if (title.empty()) title = file.title;
   }
-  for (const std::string& text : panels_) settings.panels.push_back(panel_in(text, base));
+  for (const std::string& text : panels_) settings.panels.push_back(panel_in(text, defaults));
   if (settings.panels.empty()) {
-    settings.panels = default_panels(base);
+    settings.panels = default_panels(defaults);
     if (no_reference_) settings.panels.pop_back();
   }
   settings.step = base.step;
@@ -194,8 +201,11 @@ void RunInput::add_to(CLI::App& command) {
 
 void RunInput::add_options_to(CLI::App& command) {
   command.add_option("--scene", scene, "The scene of a pose table, or of a log that is in another folder");
+  const std::vector<CLI::Option*> before = command.get_options();
   solver.add_algorithm_to(command);
   solver.add_to(command);
+  options_of_solver_ = command.get_options(
+      [&](CLI::Option* option) { return std::ranges::find(before, option) == before.end(); });
   mesh.add_mesh_options_to(command);
 }
 
@@ -223,6 +233,11 @@ std::optional<LoadedRun> RunInput::load_still() const {
 LoadedRun RunInput::load(const RunEnd& end, Progress& progress) const {
   LoadedRun run;
   if (is_pose_table(file) || is_pose_log(file)) {
+    for (const CLI::Option* const option : options_of_solver_) {
+      if (option->count() == 0) continue;
+      throw Error("{}: {} is a finished run, which has its own settings: leave the option out",
+                  option->get_name(), file.string());
+    }
     run.scene = scene_of(*this);
     run.log = read_run(file, run.scene, run.scene.step);
     run.stem = file.filename().string();

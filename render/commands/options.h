@@ -92,6 +92,9 @@ struct RunInput {
 
   /// Returns a run of one frame that shows a glTF file without physics; nothing for other inputs.
   std::optional<LoadedRun> load_still() const;
+
+ private:
+  std::vector<CLI::Option*> options_of_solver_;  ///< of scenes alone
 };
 
 }  // namespace substep::render

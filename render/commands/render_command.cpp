@@ -268,10 +268,11 @@ void add_render_command(CLI::App& app) {
   add_sheet_options(*command, *options);
   add_stills_options(*command, *options);
   command->footer(
-      "Frame k is the state after k steps; the simulation stops at the last frame that is asked for. A pose "
-      "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
-      "stands, with its cameras; with --frame, --time or an option of the run it falls onto a plane. A sheet "
-      "shows each scene at the 'poster' time of its extras, or else at half its duration.\n"
+      "Frame k is the state after k steps; the simulation stops at the last frame that is asked for. A .gltf "
+      "or .glb without physics is drawn as it stands, with its cameras; with --frame, --time or an option of "
+      "the run it falls onto a plane. A sheet shows each scene at the 'poster' time of its extras, or else "
+      "at "
+      "half its duration.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
       "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --layout strobe --size 7200x4050\n"
       "  substep render scenes/*.gltf --layout sheet --output sheet.png\n"

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -50,14 +51,17 @@ void make(VideoOptions& options) {
     video.frames->replace_extension();
     video.output.replace_extension(".mp4");
   }
-  if (video.loop && video.loop->extension() != ".gif")
-    throw Error("--loop {}: must be a .gif file", video.loop->string());
   std::vector<GivenFile> outputs{{"--output", video.output}};
   for (const auto& [role, file] : {std::pair("--frames", video.frames), std::pair("--poster", video.poster),
                                    std::pair("--loop", video.loop)}) {
     if (file) outputs.push_back({role, *file});
   }
   options.comparison.scene.require_separate(outputs);
+  for (const auto& [option, file, ending] :
+       {std::tuple("--poster", video.poster, ".png"), {"--loop", video.loop, ".gif"}}) {
+    if (file && file->extension() != ending)
+      throw Error("{} {}: must be a {} file", option, file->string(), ending);
+  }
 
   VideoReport report;
   {
@@ -132,10 +136,11 @@ void add_video_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "A panel is an algorithm or engine, then settings that differ from the options above, as --set takes "
-      "them, then title=…: 'a5,n=4,joints=stable'. A2, AVBD and engines make n·m iterations unless the panel "
-      "sets m. The strip of errors is the RMS distance of the bodies' points from where the reference has "
-      "them; it ends where the reference does, and is grey below the reference's uncertainty. Frames between "
-      "two steps are interpolated.\n"
+      "them, then title=…: 'a5,n=4,joints=stable'. Engines make n·m iterations unless the panel sets m; so "
+      "do "
+      "A2 and AVBD where n or m is given. The strip of errors is the RMS distance of the bodies' points from "
+      "where the reference has them; it ends where the reference does, and is grey below the reference's "
+      "uncertainty. Frames between two steps are interpolated.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "
       "rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"

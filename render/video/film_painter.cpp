@@ -121,8 +121,10 @@ Painter make_painter(const Film& film, const Composition& composition, int every
     pictures.steps_back = !film.settings.camera.named;
     std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
     if (!renderer) {
-      renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures,
-                                            seen_frames(film.scene, film.comparison));
+      // Leave the way of a followed body to the camera's motion
+      std::vector<std::vector<Coordinates>> held{initial_state(film.scene).q};
+      if (film.settings.camera.follows == world_body) held = seen_frames(film.scene, film.comparison);
+      renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures, held);
     }
     panels->emplace_back(film, run, renderer);
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -51,47 +52,52 @@ std::string engine_named(const std::string& text) {
   throw Error("'{}': give a1 to a5, soft, avbd, reference, log:FILE, {}", text, engine_names());
 }
 
-PanelChoice panel_of(const TypedPanel& typed, const Settings& settings) {
+PanelChoice panel_of(const TypedPanel& typed, const PanelDefaults& defaults) {
   const std::string& show = typed.show;
+  const std::optional<Algorithm> algorithm = algorithm_named(show);
   PanelChoice panel;
-  panel.settings = settings;
+  panel.settings = defaults.settings(algorithm.value_or(Algorithm::a3));
   panel.title = typed.title;
   if (!typed.command.empty()) {
     if (!show.empty()) throw Error("give 'show' or 'command', not both");
     panel.kind = PanelChoice::Kind::engine;
     panel.command = typed.command;
-  } else if (const auto algorithm = algorithm_named(show)) {
-    panel.settings.algorithm = *algorithm;
   } else if (show == "reference") {
     panel.kind = PanelChoice::Kind::reference;
   } else if (show.starts_with("log:")) {
     panel.kind = PanelChoice::Kind::log;
     panel.log = show.substr(4);
-  } else {
+  } else if (!algorithm) {
     panel.kind = PanelChoice::Kind::engine;
     panel.engine = engine_named(show);
   }
-  const bool has_iterations = std::ranges::any_of(
-      typed.values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
+  const auto has = [&](const char* field) {
+    return std::ranges::any_of(typed.values,
+                               [&](const auto& v) { return is_called(field_named(field), v.first); });
+  };
   set(panel, typed.values);
-  const bool has_no_substeps = panel.settings.algorithm == Algorithm::a2 ||
-                               panel.settings.algorithm == Algorithm::avbd ||
-                               panel.kind == PanelChoice::Kind::engine;
-  if (has_no_substeps && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
+  const bool is_counted = algorithm == Algorithm::a2 || algorithm == Algorithm::avbd
+                              ? defaults.has_counts || has("substeps")
+                              : panel.kind == PanelChoice::Kind::engine;
+  if (is_counted && !has("iterations")) {
+    const Settings counted = defaults.settings(Algorithm::a3);
+    const int substeps = has("substeps") ? panel.settings.substeps : counted.substeps;
+    panel.settings.iterations = substeps * counted.iterations;
+  }
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
   return panel;
 }
 
 }  // namespace
 
-std::vector<PanelChoice> default_panels(const Settings& settings) {
+std::vector<PanelChoice> default_panels(const PanelDefaults& defaults) {
   std::vector<PanelChoice> panels;
   for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"})
-    panels.push_back(panel_of({.show = show}, settings));
+    panels.push_back(panel_of({.show = show}, defaults));
   return panels;
 }
 
-PanelChoice panel_in(const std::string& text, const Settings& settings) {
+PanelChoice panel_in(const std::string& text, const PanelDefaults& defaults) {
   try {
     TypedPanel typed;
     std::string rest = text;
@@ -103,13 +109,13 @@ PanelChoice panel_in(const std::string& text, const Settings& settings) {
     typed.show = rest.substr(0, rest.find(','));
     rest.erase(0, typed.show.size() + 1);
     typed.values = typed_settings_in(rest);
-    return panel_of(typed, settings);
+    return panel_of(typed, defaults);
   } catch (const Error& error) {
     throw Error("panel {}: {}", text, error.what());
   }
 }
 
-PanelFile read_panels(const fs::path& file, const Settings& settings) {
+PanelFile read_panels(const fs::path& file, const PanelDefaults& defaults) {
   const TomlValues toml(file);
   const toml::table root = toml.parse();
   toml.expect_keys(root, "the film's file", {"title", "panel"});
@@ -138,7 +144,7 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
       }
     }
     try {
-      result.panels.push_back(panel_of(typed, settings));
+      result.panels.push_back(panel_of(typed, defaults));
     } catch (const Error& error) {
       toml.fail(node, error.what());
     }

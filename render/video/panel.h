@@ -2,6 +2,7 @@
 /// The choice of a film's panels.
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,15 +24,20 @@ struct PanelChoice {
   int shade = 0;              ///< number of earlier panels with the same colour
 };
 
-/// Returns panels of A1 to A5 with these settings, and of the reference. A2 gets n·m iterations: as many row
-/// solves.
-std::vector<PanelChoice> default_panels(const Settings& settings);
+/// The settings that panels omit.
+struct PanelDefaults {
+  std::function<Settings(Algorithm)> settings;  ///< of engines and the reference: A3's
+  bool has_counts = false;                      ///< n or m is given for all panels
+};
+
+/// Returns panels of A1 to A5, and of the reference.
+std::vector<PanelChoice> default_panels(const PanelDefaults& defaults);
 
 /// Reads a typed panel: "a5,n=4,joints=stable", "bullet-si", "log:run.csv" or "reference", each with
 /// ",title=…" at its end; "bullet" is the first engine whose name begins so. Settings have the names of
-/// settings_fields.h or of labels: "substeps" or "n". `settings` holds the settings that `text` omits.
-/// A2, AVBD and engines get n·m iterations, the row solves of A3 to A5. Throws Error.
-PanelChoice panel_in(const std::string& text, const Settings& settings);
+/// settings_fields.h or of labels: "substeps" or "n". Engines get n·m iterations, the row solves of A3 to A5;
+/// A2 and AVBD too where n or m is given. Throws Error.
+PanelChoice panel_in(const std::string& text, const PanelDefaults& defaults);
 
 struct PanelFile {
   std::string title;  ///< of the film; empty: the scene's name
@@ -41,7 +47,7 @@ struct PanelFile {
 /// Reads a TOML file with a `title` and tables [[panel]], each with `show` ("a5", "bullet",
 /// "log:run.poses.txt", "reference") or `command` (["python3", "mine.py", "{scene}", "{settings}",
 /// "{poses}"]) and panel_in()'s keys. Logs, and files of commands, are beside the file. Throws Error.
-PanelFile read_panels(const std::filesystem::path& file, const Settings& settings);
+PanelFile read_panels(const std::filesystem::path& file, const PanelDefaults& defaults);
 
 /// Returns the engine of an engine's panel.
 Engine engine_of(const PanelChoice& panel);

@@ -123,27 +123,37 @@ void draw_certainty(const StripPainter& painter, Image& image, const StripBox& s
   draw_text(image, end + 5 * painter.scale, baseline(plot.y, plot.height, style.size), text, style);
 }
 
-/// Draws the names of the curves in the reference's strip, in as many lines as there is room for.
+/// Draws the names of the curves in the reference's strip, in as many lines as there is room for, and as
+/// large as fits or as small as can be read.
 void draw_key(const StripPainter& painter, Image& image, const StripBox& strip) {
   const Box& box = strip.strip;
   std::vector<std::pair<std::string, Color>> names;
   for (const Run& run : painter.comparison.runs) {
-    std::pair<std::string, Color> entry{name_of(run.panel), accent(run.panel)};
+    std::pair<std::string, Color> entry{curve_name(painter.comparison.runs, run.panel), accent(run.panel)};
     if (!run.is_reference() && std::ranges::find(names, entry) == names.end()) names.push_back(entry);
   }
   TextStyle style{.size = std::max(9.0, 12 * painter.scale), .bold = true};
-  const auto lines = std::max<std::size_t>(1, static_cast<std::size_t>(box.height / style.size));
+  const double right = box.x + box.width;
+  std::size_t lines = 1;
+  std::vector<double> lefts;
+  const auto fits = [&] {
+    lines = std::max<std::size_t>(1, static_cast<std::size_t>(box.height / style.size));
+    lefts.clear();
+    double x = strip.plot.x + strip.plot.width + 8 * painter.scale;
+    double column = 0;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (i > 0 && i % lines == 0) x += std::exchange(column, 0) + 6 * painter.scale;
+      lefts.push_back(x);
+      column = std::max(column, text_width(names[i].first, style));
+    }
+    return x + column <= right;
+  };
+  while (!fits() && style.size > 9) style.size *= 0.97;
   const double pitch = static_cast<double>(box.height) / static_cast<double>(lines);
-  double x = strip.plot.x + strip.plot.width + 8 * painter.scale;
-  double column = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0 && i % lines == 0) x += std::exchange(column, 0) + 6 * painter.scale;
     style.color = names[i].second;
-    const double wide = text_width(names[i].first, style);
-    if (x + wide > box.x + box.width) break;
-    column = std::max(column, wide);
-    draw_text(image, x, baseline(box.y + static_cast<double>(i % lines) * pitch, pitch, style.size),
-              names[i].first, style);
+    draw_text(image, lefts[i], baseline(box.y + static_cast<double>(i % lines) * pitch, pitch, style.size),
+              cut(names[i].first, style, right - lefts[i]), style);
   }
 }
 
@@ -180,19 +190,25 @@ void draw_curve(const StripPainter& painter, Image& image, const StripBox& strip
   }
 }
 
-/// Draws triangles at the top where the curve continues above it.
+/// Draws triangles at the top where the curve continues above it, and at the bottom where below.
 void draw_clipped(const StripPainter& painter, Image& image, const StripBox& strip, std::size_t run,
                   std::size_t end) {
   const std::vector<double>& values = series_of(painter.comparison.runs[run], strip.kind);
-  const double top = strip.axis.is_logarithmic ? std::pow(10.0, strip.axis.decades.upper) : strip.axis.high;
+  const StripAxis& axis = strip.axis;
+  const double top = axis.is_logarithmic ? std::pow(10.0, axis.decades.upper) : axis.high;
+  const double bottom = axis.is_logarithmic ? 0 : axis.low;
+  const double least = 1e-6 * (top - bottom);  // beyond an end that is rounded
   const TextStyle style{.size = std::max(8.0, 11 * painter.scale),
                         .color = accent(painter.comparison.runs[run].panel)};
   double last = -1e9;
   for (std::size_t k = 0; k < std::min(end + 1, values.size()); ++k) {
     const double x = plot_x(painter, strip, k);
-    if (!(values[k] > top) || x < last + 40 * painter.scale) continue;
+    const bool is_above = values[k] > top + least;
+    if ((!is_above && !(values[k] < bottom - least)) || x < last + 40 * painter.scale) continue;
     last = x;
-    draw_text(image, last - text_width("▲", style) / 2, strip.plot.y + 0.1 * style.size, "▲", style);
+    const char* const mark = is_above ? "▲" : "▼";
+    const double y = is_above ? 0.1 * style.size : strip.plot.height + 0.55 * style.size;
+    draw_text(image, last - text_width(mark, style) / 2, strip.plot.y + y, mark, style);
   }
 }
 
@@ -286,11 +302,11 @@ StripAxis axis_of(const Comparison& comparison, Strip strip) {
   for (double& value : values) value -= axis.mark;
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   std::sort(values.begin(), values.end());
-  // Clip at five times the range of nine tenths of the values: a run that explodes would press the rest into
-  // a line.
+  // Clip at five times the range of nine tenths of the values, unless these are rounding alone: a run that
+  // explodes would press the rest into a line.
   const double calm =
       values.empty() ? 1 : std::max(values[values.size() * 9 / 10], -values[values.size() / 10]);
-  const double most = 5 * std::max(calm, 1e-9);
+  const double most = calm > 1e-6 ? 5 * calm : 1e9;
   double low = values.empty() ? -1 : rounded_out(std::clamp(values.front(), -most, 0.0));
   double high = values.empty() ? 1 : rounded_out(std::clamp(values.back(), 0.0, most));
   // Leave room for the line of the mark

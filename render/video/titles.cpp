@@ -102,12 +102,13 @@ Color mixed(const Color& color, const Color& below, int percent) {
   return result;
 }
 
-/// Returns shade 0 of an ink, the ink itself; shade 1, mixed with `away`; shade 2, mixed with grey; and so on
-/// in turn.
+/// Returns one of seven shades of an ink: 0 is the ink itself, odd ones are mixed with `away`, even ones with
+/// grey.
 Color shaded(const char* ink, int shade, const Color& away) {
   constexpr Color grey{100, 104, 112};
-  const Color color = color_in(ink);
-  return shade % 3 == 0 ? color : shade % 3 == 1 ? mixed(color, away, 45) : mixed(color, grey, 50);
+  constexpr std::array percents{100, 45, 50, 72, 75, 22, 28};
+  const auto index = static_cast<std::size_t>(shade) % percents.size();
+  return mixed(color_in(ink), index % 2 == 1 ? away : grey, percents.at(index));
 }
 
 }  // namespace
@@ -186,6 +187,20 @@ Titles titles_of(const std::vector<Run>& runs) {
     titles.words.push_back(given.empty() ? words : given);
   }
   return titles;
+}
+
+std::string curve_name(const std::vector<Run>& runs, const PanelChoice& panel) {
+  const std::string name = name_of(panel);
+  std::string settings;
+  for (const SettingsPart& part : parts_of(panel.settings)) {
+    const auto differs = [&](const Run& other) {
+      const std::vector<SettingsPart> parts = parts_of(other.panel.settings);
+      return name_of(other.panel) == name &&
+             std::ranges::find(parts, part.text, &SettingsPart::text) == parts.end();
+    };
+    if (std::ranges::any_of(runs, differs)) settings += " " + part.text;
+  }
+  return name + settings;
 }
 
 Color accent(const PanelChoice& panel) {

@@ -25,6 +25,10 @@ struct Titles {
 /// title replaces its words.
 Titles titles_of(const std::vector<Run>& runs);
 
+/// Returns the name of a run's curve, with the settings in which it differs from runs of the same name:
+/// "A5 n=4".
+std::string curve_name(const std::vector<Run>& runs, const PanelChoice& panel);
+
 using Color = std::array<std::uint8_t, 3>;
 
 namespace film_colors {

@@ -11,14 +11,13 @@
 #include <utility>
 #include <vector>
 
-#include "render/video/labels.h"
-#include "render/video/recorded_run.h"
 #include "render/video/strips.h"
 #include "render/video/titles.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
+#include "sim/model/usual_settings.h"
 #include "tests/error_message.h"
 #include "tests/scene_files.h"
 #include "tests/temporary_folder.h"
@@ -28,14 +27,24 @@ namespace {
 
 using VideoRun = render::Run;
 
+/// Returns defaults of panels: these settings in each algorithm, with n and m as given ones.
+PanelDefaults defaults_of(const Settings& base) {
+  const auto settings = [base](Algorithm algorithm) {
+    Settings result = base;
+    result.algorithm = algorithm;
+    return result;
+  };
+  return {settings, true};
+}
+
 /// Returns the settings of a comparison of these panels, or of the default ones.
 ComparisonSettings settings(const Scene& scene, double duration,
                             const std::vector<std::string>& panels = {}) {
   ComparisonSettings result;
   Settings base = panels.empty() ? Settings{} : default_settings(Algorithm::a5);
   base.step = result.step = scene.step;
-  if (panels.empty()) result.panels = default_panels(base);
-  for (const std::string& panel : panels) result.panels.push_back(panel_in(panel, base));
+  if (panels.empty()) result.panels = default_panels(defaults_of(base));
+  for (const std::string& panel : panels) result.panels.push_back(panel_in(panel, defaults_of(base)));
   result.duration = duration;
   return result;
 }
@@ -90,7 +99,7 @@ TEST(Comparison, GivesPanelsEqualRowSolvesAndOneClock) {
   Settings base = chosen.panels[2].settings;
   base.substeps = 3;
   base.iterations = 2;
-  chosen.panels = default_panels(base);
+  chosen.panels = default_panels(defaults_of(base));
   const Comparison comparison = simulate_comparison(loaded, chosen);
   ASSERT_EQ(comparison.runs.size(), 6u);
   EXPECT_EQ(comparison.runs[1].panel.settings.iterations, 6);
@@ -231,20 +240,6 @@ TEST(Comparison, FindsTheFirstDivergenceOfABody) {
   EXPECT_FALSE(divergence_of(loaded, comparison, run));
 }
 
-TEST(FrameClock, PutsFramesBetweenSteps) {
-  const std::vector<FrameClock> clocks = frame_clocks({0.1, 0.12, 0.14}, 0.02, {1.0 / 60, 1.0 / 240});
-  // Frames at 0.1, 0.12, 0.14: steps 6, 7.2 and 8.4.
-  EXPECT_EQ(clocks[0].steps, (std::vector<std::int64_t>{6, 7, 8, 9}));
-  EXPECT_EQ(clocks[1].steps, (std::vector<std::int64_t>{24, 28, 32, 36}));
-  ASSERT_EQ(clocks[0].positions.size(), 3u);
-  EXPECT_EQ(clocks[0].positions[1].before, 1u);
-  EXPECT_NEAR(clocks[0].positions[1].weight, 0.2, 1e-9);
-  EXPECT_EQ(clocks[0].frames_of(4), 3u);
-  EXPECT_EQ(clocks[0].frames_of(3), 2u);
-  EXPECT_THROW(frame_clocks({0, 0.02, 0.04}, 0.02, {1.0 / 60, 1.0 / 90}), Error);
-  EXPECT_EQ(frame_clocks({0, 1.0 / 30}, 1.0 / 30, {1.0 / 60, 1.0 / 90})[1].steps[1], 3);
-}
-
 TEST(SlowMotion, InterpolatesPosesAndAddsNoError) {
   const Scene loaded = scene_named("pendulum");
   ComparisonSettings chosen = settings(loaded, 0.5, {"a3", "a3,step=1/480"});
@@ -271,31 +266,48 @@ TEST(SlowMotion, InterpolatesPosesAndAddsNoError) {
 
 TEST(Panel, ReadsTypedSettings) {
   const Settings base = default_settings(Algorithm::a3);
-  const PanelChoice panel = panel_in("a5,n=4,joints=rows,tau=1,step=1/120,title=four, in rows", base);
+  const PanelDefaults defaults = defaults_of(base);
+  const PanelChoice panel = panel_in("a5,n=4,joints=rows,tau=1,step=1/120,title=four, in rows", defaults);
   EXPECT_EQ(panel.settings.algorithm, Algorithm::a5);
   EXPECT_EQ(panel.settings.substeps, 4);
   EXPECT_EQ(panel.settings.joints, Joints::rows);
   EXPECT_EQ(panel.settings.step, 1.0 / 120);
   EXPECT_EQ(panel.title, "four, in rows");
-  EXPECT_EQ(panel_in("a2,n=3", base).settings.iterations, 3);
-  EXPECT_EQ(panel_in("a2,n=3,m=5", base).settings.iterations, 5);
-  EXPECT_EQ(panel_in("order-8", base).settings.iterations, base.substeps * base.iterations);
-  EXPECT_EQ(panel_in("reference", base).kind, PanelChoice::Kind::reference);
+  EXPECT_EQ(panel_in("a2,n=3", defaults).settings.iterations, 3);
+  EXPECT_EQ(panel_in("a2,n=3,m=5", defaults).settings.iterations, 5);
+  EXPECT_EQ(panel_in("order-8", defaults).settings.iterations, base.substeps * base.iterations);
+  EXPECT_EQ(panel_in("reference", defaults).kind, PanelChoice::Kind::reference);
   for (const auto& refusal :
        {std::pair("a5,n", "'n': give KEY=VALUE"), std::pair("a5,n=x", "'substeps=x': give a whole number"),
         std::pair("a5,n=2.5", "give a whole number"), std::pair("a5,n=0", "substeps 0"),
         std::pair("a5,size=2", "'size': give some of"),
         std::pair("reference,n=2", "'n=2': a reference has its own settings"),
         std::pair("", "give a1 to a5")}) {
-    const std::string message = test::message_of([&] { panel_in(refusal.first, base); });
+    const std::string message = test::message_of([&] { panel_in(refusal.first, defaults); });
     EXPECT_NE(message.find(refusal.second), std::string::npos) << refusal.first << ": " << message;
   }
+}
+
+TEST(Panel, HasDefaultsOfItsAlgorithm) {
+  const Scene loop = scene_named("four_bar");
+  PanelDefaults defaults{[&](Algorithm algorithm) { return usual_settings(loop, algorithm); }};
+  const auto settings_in = [&](const char* panel) { return panel_in(panel, defaults).settings; };
+  EXPECT_EQ(settings_in("a3").joints, Joints::plain);
+  EXPECT_EQ(settings_in("a5").joints, Joints::stable);
+  EXPECT_EQ(settings_in("a2").iterations, 200);
+  EXPECT_EQ(settings_in("a2,n=3").iterations, 3);
+  EXPECT_EQ(settings_in("soft").substeps, 4);
+  EXPECT_EQ(settings_in("avbd").iterations, 10);
+  EXPECT_EQ(settings_in("order-8").iterations, loop.substeps);
+  defaults.has_counts = true;
+  EXPECT_EQ(settings_in("a2").iterations, loop.substeps);
+  EXPECT_EQ(settings_in("avbd").iterations, loop.substeps);
 }
 
 TEST(Panel, ReadsFilesWithATitle) {
   const test::TemporaryFolder folder;
   const auto read = [&](const std::string& text) {
-    return read_panels(folder.write("comparison_test.toml", text), Settings{});
+    return read_panels(folder.write("comparison_test.toml", text), defaults_of(Settings{}));
   };
   const PanelFile panels = read(
       "title = \"Two\"\n[[panel]]\nshow = \"a5\"\nn = 8\ntitle = \"eight\"\n"
@@ -330,11 +342,20 @@ TEST(Titles, ShowDifferingSettings) {
         Case{{"a5,n=2,title=two", "a5,n=10,title=ten"}, {"two", "ten"}, all.substr(all.find("τ"))}}) {
     std::vector<VideoRun> runs;
     for (const std::string& text : expected.panels)
-      runs.emplace_back().panel = panel_in(text, default_settings(Algorithm::a5));
+      runs.emplace_back().panel = panel_in(text, defaults_of(default_settings(Algorithm::a5)));
     const Titles titles = titles_of(runs);
     EXPECT_EQ(titles.words, expected.words);
     EXPECT_EQ(titles.shared, expected.shared);
   }
+}
+
+TEST(Titles, NameCurvesOfVariants) {
+  std::vector<VideoRun> runs;
+  for (const char* const text : {"a5,n=2", "a2,m=3", "a5,n=10,warm_start=0.5"})
+    runs.emplace_back().panel = panel_in(text, defaults_of(default_settings(Algorithm::a5)));
+  EXPECT_EQ(curve_name(runs, runs[0].panel), "A5 n=2");
+  EXPECT_EQ(curve_name(runs, runs[1].panel), "A2");
+  EXPECT_EQ(curve_name(runs, runs[2].panel), "A5 n=10 warm=0.5");
 }
 
 TEST(PanelColours, DifferWithinAlgorithm) {
@@ -351,23 +372,9 @@ TEST(PanelColours, DifferWithinAlgorithm) {
       EXPECT_GT(difference, 120) << i << " and " << j;  // smallest measured: 162
     }
   }
-}
-
-TEST(Labels, HaveThreeDigitsAndAUnit) {
-  for (const auto& [metres, text] :
-       {std::pair(0.0, "0"), std::pair(1e-9, "< 1 µm"), std::pair(1.234e-6, "1.23 µm"),
-        std::pair(0.99949e-3, "999 µm"), std::pair(0.99951e-3, "1.00 mm"), std::pair(0.0456, "45.6 mm"),
-        std::pair(0.456, "456 mm"), std::pair(1.5, "1.50 m"), std::pair(1234.0, "1.23 km"),
-        std::pair(1e300, "> 1000 km")}) {
-    EXPECT_EQ(length_label(metres), text);
-  }
-  EXPECT_EQ(error_label(0.002, 0.001), "2.00 mm");
-  EXPECT_EQ(error_label(0.001, 0.002), "≤ 2.00 mm");
-  EXPECT_EQ(error_label(0, 2e-7), "< 1 µm");
-  EXPECT_EQ(error_label(0, 0), "0");
-  EXPECT_EQ(energy_label(-0.0123), "−12.3 mJ");
-  EXPECT_EQ(energy_label(1234), "+1.23 kJ");
-  EXPECT_EQ(energy_label(0), "0 J");
+  std::set<Color> shades;
+  for (PanelChoice panel; panel.shade < 7; ++panel.shade) shades.insert(accent(panel));
+  EXPECT_EQ(shades.size(), 7u);
 }
 
 TEST(StripAxis, ShowsTheExpectedQuantity) {

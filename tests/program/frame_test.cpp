@@ -1,4 +1,4 @@
-// Frames of films: their layout, strips, overlays and cameras.
+// Frames of films: their layout, strips and overlays.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,9 @@
 #include "render/text.h"
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
+#include "render/video/labels.h"
 #include "render/video/overlay.h"
+#include "render/video/strips.h"
 #include "render/video/time_sheet.h"
 #include "sim/error.h"
 #include "sim/measure/motion.h"
@@ -26,7 +28,11 @@ Comparison compared(const Scene& scene, double duration, const QuantityChoice& r
   ComparisonSettings settings;
   Settings base;
   base.step = settings.step = scene.step;
-  settings.panels = default_panels(base);
+  const auto settings_of = [&](Algorithm algorithm) {
+    base.algorithm = algorithm;
+    return base;
+  };
+  settings.panels = default_panels({settings_of, true});
   settings.duration = duration;
   settings.readings = readings;
   return simulate_comparison(scene, settings);
@@ -120,6 +126,23 @@ TEST(Composition, StacksStrips) {
   EXPECT_THROW(strips_named({"height"}), Error);
 }
 
+TEST(Labels, HaveThreeDigitsAndAUnit) {
+  for (const auto& [metres, text] :
+       {std::pair(0.0, "0"), std::pair(1e-9, "< 1 µm"), std::pair(1.234e-6, "1.23 µm"),
+        std::pair(0.99949e-3, "999 µm"), std::pair(0.99951e-3, "1.00 mm"), std::pair(0.0456, "45.6 mm"),
+        std::pair(0.456, "456 mm"), std::pair(1.5, "1.50 m"), std::pair(1234.0, "1.23 km"),
+        std::pair(1e300, "> 1000 km")}) {
+    EXPECT_EQ(length_label(metres), text);
+  }
+  EXPECT_EQ(error_label(0.002, 0.001), "2.00 mm");
+  EXPECT_EQ(error_label(0.001, 0.002), "≤ 2.00 mm");
+  EXPECT_EQ(error_label(0, 2e-7), "< 1 µm");
+  EXPECT_EQ(error_label(0, 0), "0");
+  EXPECT_EQ(energy_label(-0.0123), "−12.3 mJ");
+  EXPECT_EQ(energy_label(1234), "+1.23 kJ");
+  EXPECT_EQ(energy_label(0), "0 J");
+}
+
 TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {
   Comparison comparison;
   render::Run& run = comparison.runs.emplace_back();
@@ -152,6 +175,35 @@ TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
   axis = axis_of(comparison, Strip::energy);
   EXPECT_LT(axis.high, 50);
   EXPECT_EQ(axis.height(1e30), 1);
+  // Energy that is lost in the last hundredth is held
+  energies.assign(100, 0);
+  energies.back() = -0.7;
+  axis = axis_of(comparison, Strip::energy);
+  EXPECT_DOUBLE_EQ(axis.low, -1);
+  EXPECT_DOUBLE_EQ(axis.high, 0.1);
+}
+
+TEST(StripPainter, MarksCurvesBeyondTheAxis) {
+  Comparison comparison;
+  comparison.times.resize(3);
+  render::Run& run = comparison.runs.emplace_back();
+  const StripAxis axis{.is_logarithmic = false, .decades = {}, .low = -1, .high = 1, .unit = "J"};
+  const StripBox strip{Strip::energy, axis, {0, 0, 300, 64}, {10, 10, 150, 44}};
+  // Returns whether something is drawn in rows above or below the plot
+  const auto is_marked = [&](double value, int first_row) {
+    run.readings.energies = {0, value, 0};
+    Image image(300, 64);
+    StripPainter{comparison}.draw(image, strip, 0, 2);
+    int brightest = 0;
+    for (int y = first_row; y < first_row + 7; ++y) {
+      for (int x = 0; x < 160; ++x) brightest = std::max(brightest, static_cast<int>(image.pixel(x, y)[2]));
+    }
+    return brightest > 100;
+  };
+  for (const double value : {1 + 1e-9, 5.0, -5.0}) {
+    EXPECT_EQ(is_marked(value, 0), value == 5.0) << value;
+    EXPECT_EQ(is_marked(value, 57), value == -5.0) << value;
+  }
 }
 
 /// Tests overlays on a grey picture of a pendulum.
@@ -296,7 +348,7 @@ Image figure_of(const Scene& scene, const std::string& panel, const std::vector<
   TimeSheetSettings sheet;
   Settings base = default_settings(Algorithm::a5);
   base.step = sheet.comparison.step = scene.step;
-  sheet.comparison.panels = {panel_in(panel, base)};
+  sheet.comparison.panels = {panel_in(panel, {[&](Algorithm) { return base; }})};
   sheet.comparison.has_reference = panel == "reference";
   sheet.comparison.reference_substeps = 8;
   sheet.times = times;
@@ -327,49 +379,6 @@ TEST(TimeSheet, MarksAnUnknownReference) {
   Image note(320, 22);
   paste(note, figure, -8, -(8 + 3 * 22 + 22 + 180 - 22));
   EXPECT_GT(pixels_of(note, {40, 43, 50}), 10);  // 0 without the note
-}
-
-TEST(FilmCamera, HoldsAllRunsButAnExplosion) {
-  const Scene loaded = scene_named("pendulum");
-  Comparison comparison;
-  comparison.times.resize(3);
-  comparison.runs.resize(3);
-  for (std::size_t run = 0; run < 3; ++run) {
-    for (const double way : {0.0, 0.1, run == 0 ? 0.2 : run == 1 ? 0.9 : 100.0}) {
-      comparison.runs[run].poses.push_back(initial_state(loaded).q);
-      comparison.runs[run].poses.back()[1].linear.x() += way * size_of(loaded);
-    }
-  }
-  EXPECT_EQ(seen_frames(loaded, comparison).size(), 1u + 3 + 3 + 2);
-}
-
-TEST(FilmCamera, TakesNameOfNodeOrCamera) {
-  Scene loaded = scene_named("pendulum");
-  Camera side = *loaded.camera;
-  side.pose.position = {7, 0, 0};
-  loaded.cameras.push_back({"on the left", "wide", side});
-  for (const char* const name : {"name:on the left", "name:wide"})
-    EXPECT_EQ(seen_by(camera_named(name, loaded), loaded).camera->pose.position.x(), 7) << name;
-  EXPECT_EQ(seen_by(camera_named("scene", loaded), loaded).camera->pose.position,
-            loaded.camera->pose.position);
-  EXPECT_FALSE(seen_by(camera_named("fit", loaded), loaded).camera);
-}
-
-TEST(FilmCamera, FollowsABodyAndOrbitsTheScene) {
-  const Scene loaded = scene_named("rod_chain");
-  const View view = view_from(*loaded.camera, 16.0 / 9);
-  const FilmCamera follow = camera_named("follow:" + loaded.bodies[2].name, loaded);
-  EXPECT_EQ(follow.follows, 2);
-  const View along = moved(view, follow, {1, 2, 3}, 1, Vector3::Zero());
-  EXPECT_NEAR((along.eye - view.eye).y, 2, 1e-12);
-  // After half a turn the camera is on the other side of the middle, and looks back.
-  const View round = moved(view, camera_named("orbit:90", loaded), Vector3::Zero(), 2, {0.5, 0, 0.25});
-  EXPECT_NEAR(round.eye.x, 1 - view.eye.x, 1e-12);
-  EXPECT_NEAR(round.eye.y, view.eye.y, 1e-12);
-  EXPECT_NEAR(round.eye.z, 0.5 - view.eye.z, 1e-12);
-  EXPECT_NEAR(round.forward.x, -view.forward.x, 1e-12);
-  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere", "name:nobody"})
-    EXPECT_THROW(camera_named(text, loaded), Error) << text;
 }
 
 }  // namespace

@@ -276,6 +276,11 @@ TEST_F(Pictures, ReplaceAFolderOfFramesAlone) {
   EXPECT_EQ(files().size(), 9u);
 }
 
+TEST_F(Pictures, SolvePanelsAsTheirAlgorithmsRun) {
+  expect("render $S/four_bar.gltf --layout stills --time 0 --no-reference --panel a5 --panel a2", 0,
+         {"A5  n=40 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60", "A2  m=200  h=1/60"});
+}
+
 TEST_F(Pictures, BecomeAPosterAndALoop) {
   made_film("--poster poster.png --loop loop.gif");
   EXPECT_THAT(files(), ElementsAre("loop.gif", "poster.png", "rod_chain.mp4"));

@@ -174,7 +174,7 @@ TEST_F(ContactSettings, FollowTauAndKappaUnlessGivenTheirOwn) {
   const Settings defaults = default_settings(Algorithm::a5);
   ASSERT_NE(defaults.of_contacts().tau, defaults.tau);
   const auto of_panel = [&](const std::string& text) {
-    return render::panel_in("a5," + text, defaults).settings;
+    return render::panel_in("a5," + text, {[&](Algorithm) { return defaults; }}).settings;
   };
   expect(of_suite("substeps = 3"), defaults.contact_tau, defaults.contact_kappa);
   expect(of_suite("tau = 0.5"), 0.5, 1);
