@@ -75,20 +75,21 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
   };
   // At least a hundred frames of a run show where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
-  constexpr double farthest = 1000;
+  double farthest = infinity;  // from a body's first position, m
   Vector3 low = Vector3::Constant(infinity);
   Vector3 high = -low;
-  for (const Part& part : parts) {
-    if (part.body == world_body) continue;
-    for (std::size_t k = 0; k < frames.size(); k += stride) {
+  for (std::size_t k = 0; k < frames.size(); k += stride) {
+    for (const Part& part : parts) {
       const Coordinates& q = frames[k][part.body];
-      if (!(q.linear.norm() < farthest) || !q.angular.coeffs().allFinite()) continue;
+      const double moved = (q.linear - frames.front()[part.body].linear).norm();
+      if (part.body == world_body || !is_drawable(q) || !(moved < farthest)) continue;
       for (const Vector3& point : part.corners_at(q)) {
         include(point);
         low = low.cwiseMin(point);
         high = high.cwiseMax(point);
       }
     }
+    if (k == 0) farthest = std::max(1000.0, 10 * (high - low).norm());
   }
   // Hold only those parts of the world that are near moving bodies: a whole ground would make these small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinity ? 0.15 * (high - low).norm() : infinity);

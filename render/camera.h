@@ -43,8 +43,8 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 View view_from(const Camera& camera, double aspect);
 
 /// Returns a three-quarter view from slightly above that holds all moving parts at all the given frames'
-/// poses, and parts of the world near them, except scenery. Ignores poses that are not finite or too far away
-/// to show.
+/// poses, and parts of the world near them, except scenery. Ignores bodies that cannot be drawn or that moved
+/// both 1 km and ten times the scene's size.
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);
 

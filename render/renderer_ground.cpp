@@ -43,7 +43,8 @@ void Renderer::Implementation::fit_shadow(Poses poses) {
   shadow = &device->shadow(width / 512 < 0.75 * pixel ? 512 : 1024);
   frame.depth_terms.z = static_cast<float>(shadow->size);
   const double texel = width / shadow->size;
-  frame.shadow_scale = glm::dvec4(1 / seen.width, 0.001 + 0.6 * texel, seen.depth, settings.shadows ? 1 : 0);
+  const double bias = std::min(0.001, 0.002 * width) + 0.6 * texel;
+  frame.shadow_scale = glm::dvec4(1 / seen.width, bias, seen.depth, settings.shadows ? 1 : 0);
   if (!settings.shadows) return;
   shadow->start();
   glEnable(GL_DEPTH_CLAMP);

@@ -58,9 +58,12 @@ void write_motion_page(CaseContext& context) {
   CaseResult& result = context.result;
   const bool differs = context.golden && context.golden_track && !result.poses.passes;
   if (result.verdict == Verdict::pass || !differs) return;
+  if (context.golden->settings.step != result.entry.settings.step)
+    return context.note("no motion page: the golden run has another step");
   render::Comparison comparison;
   render::ReferenceRun golden;
   golden.method = "the golden run";
+  golden.fate = "the golden run ends";
   for (int k = 0; k <= result.entry.frames; ++k) comparison.times.push_back(k * result.entry.settings.step);
   for (const Track::Frame& frame : context.golden_track->frames) {
     if (frame.poses.size() != context.scene.bodies.size())
@@ -77,7 +80,7 @@ void write_motion_page(CaseContext& context) {
   now.panel.title = "as it runs now";
   for (const Track::Frame& frame : context.live_track->frames) now.poses.push_back(frame.poses);
   render::measure_from(context.scene, golden, now);
-  if (now.poses.size() < comparison.times.size()) now.diverged = comparison.times[now.poses.size()];
+  if (context.live->end.starts_with("diverged")) now.diverged = comparison.times[now.poses.size()];
   render::Run& before = comparison.runs[1];
   before.panel.kind = render::PanelChoice::Kind::reference;
   before.poses = golden.poses;

@@ -29,7 +29,7 @@ class Bodies {
     });
     this.instanceValues = new Float32Array(this.order.length * 12);
     const moving = data.bodies.map((body, i) => body.moves ? this.radii[i] : 0);
-    this.largest = Math.max(0.01, ...moving);
+    this.largest = Math.max(...moving) || Infinity;
   }
 
   /** Uploads a primitive, drawn for all bodies at once; a blended one for each body alone, so that the painter can sort. */

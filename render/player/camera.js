@@ -55,7 +55,7 @@ class Camera {
     const x = y * aspect;
     const eye = plus(this.target, forward, -this.distance);
     const reach = 40 * this.distance;
-    const near = Math.min(0.02 * this.distance, 0.1);
+    const near = Math.min(0.02 * this.distance, Math.max(0.1, 0.002 * this.distance));
     const clip = clipFrom({eye, right, up, forward, x, y, near, far: 2.5 * reach, perspective: true});
     return {eye, forward, right, up, x, y, reach, clip, box};
   }
@@ -81,7 +81,7 @@ class Camera {
 function projected(view, point, width, height) {
   const p = minus(point, view.eye);
   const ahead = dot(p, view.forward);
-  if (!(ahead > 1e-3)) return null;
+  if (!(ahead > 0)) return null;
   const at = [width * (0.5 + 0.5 * dot(p, view.right) / (ahead * view.x)), height * (0.5 - 0.5 * dot(p, view.up) / (ahead * view.y))];
   return Math.abs(at[0]) < 1e5 && Math.abs(at[1]) < 1e5 ? at : null;
 }

@@ -102,6 +102,11 @@ class Painter {
     });
   }
 
+  /** Returns the bias, m, of a shadow map that is `half` wide on each side of its middle. */
+  biasOf(half) {
+    return Math.min(0.001, 0.004 * half) + 1.5 * half / this.shadow.size;
+  }
+
   /** Returns the sun's view of balls, and the shadow's bias. */
   sunView(forward, balls) {
     const {right, up} = across(forward);
@@ -120,7 +125,7 @@ class Painter {
     // The map's depth holds everything below, with the ground.
     const far = high[2] - low[2] + 9 * half;
     const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: 0, far, perspective: false});
-    return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
+    return {clip, bias: this.biasOf(half)};
   }
 
   /** Returns a lamp's view of balls within 72° of their middle, and the shadow's bias. */
@@ -138,7 +143,7 @@ class Painter {
     }
     half = Math.min(half, 3);
     const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: Math.max(near, 0.02 * far), far: 10 * far, perspective: true});
-    return {clip, bias: 0.001 + 1.5 * half * far / this.shadow.size};
+    return {clip, bias: this.biasOf(half * far)};
   }
 
   /** Draws the shadow map around the camera's target, and returns its view. */

@@ -299,7 +299,7 @@ class Player {
   draw() {
     const {data, frame} = this;
     $('scrubber').value = frame;
-    $('clock').textContent = `${data.times[frame].toFixed(2)} s`;
+    $('clock').textContent = `${this.timeLabel()} s`;
     $('count').textContent = `frame ${frame}/${data.times.length - 1}`;
     const marks = $('marks').getContext('2d');
     marks.setTransform(1, 0, 0, 1, 0, 0);
@@ -349,14 +349,21 @@ class Player {
     if (on.joints && !panel.reference) drawJoints(context, this, index, place, own);
     if (panel.reference && frame >= data.reference.known) {
       drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
-    } else if (panel.refusal || (panel.fate && frame >= panel.frames)) {
-      drawNotice(context, panel.refusal || panel.fate, own, true);
+    } else if (!panel.reference && (panel.refusal || frame >= panel.frames)) {
+      drawNotice(context, panel.refusal || panel.fate || 'the run ends', own, true);
     }
     context.restore();
   }
 
+  /** Returns the frame's time, s, with as many digits as tell it from its neighbours: "0.05". */
+  timeLabel() {
+    const {times} = this.data;
+    const rate = (times.length - 1) / (times.at(-1) - times[0] || 1);
+    return times[this.frame].toFixed(Math.max(2, Math.ceil(Math.log10(rate))));
+  }
+
   save() {
-    const time = this.data.times[this.frame].toFixed(2);
+    const time = this.timeLabel();
     pictureOf(this).toBlob((blob) => {
       const link = document.createElement('a');
       link.href = URL.createObjectURL(blob);
@@ -367,13 +374,13 @@ class Player {
   }
 }
 
-/** Shows the time in #t=1.5, s; else plays, unless the reader prefers reduced motion. */
+/** Shows the frame nearest to the time in #t=1.5, s; else plays, unless the reader prefers reduced motion. */
 function begin(player) {
-  const asked = /[#&]t=([\d.]+)/.exec(location.hash);
-  if (asked) {
-    const {times} = player.data;
-    const frame = times.findIndex((time) => time >= +asked[1] - 1e-6);
-    player.go(frame < 0 ? times.length - 1 : frame);
+  const {times} = player.data;
+  const asked = parseFloat((/[#&]t=([^&]*)/.exec(location.hash) || [])[1]);
+  if (!isNaN(asked)) {
+    player.play(false);
+    player.go(times.reduce((best, time, k) => Math.abs(time - asked) < Math.abs(times[best] - asked) ? k : best, 0));
   } else if (!matchMedia('(prefers-reduced-motion: reduce)').matches) {
     player.play(true);
   }
@@ -383,6 +390,7 @@ readRecording().then((data) => {
   const player = new Player(data);
   window.player = player;
   begin(player);
+  addEventListener('hashchange', () => begin(player));
 }).catch((error) => {
   append(document.body, 'p', {id: 'message', textContent: `The page cannot be shown: ${error.message}`});
 });

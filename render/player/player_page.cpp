@@ -84,7 +84,8 @@ Json view_of(const Scene& scene, const Comparison& comparison, std::span<const P
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   const View view = Renderer(scene, {.width = 320, .height = 180, .steps_back = true}, seen).view();
   const Vector3 eye = to_eigen(view.eye);
-  const double distance = std::max((middle_of(scene) - eye).dot(to_eigen(view.forward)), 0.1);
+  const double distance =
+      std::max((middle_of(scene) - eye).dot(to_eigen(view.forward)), 0.1 * size_of(scene));
   return {{"eye", list(eye)},
           {"target", list(Vector3(eye + distance * to_eigen(view.forward)))},
           {"tangent", view.tangent_y},

@@ -13,7 +13,7 @@ async function embeddedBytes() {
  * quantum of positions, m; `turnParts`: quanta per unit of a quaternion component.
  */
 function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
-  const values = new Float32Array(frames * bodies * 7);
+  const values = new Float64Array(frames * bodies * 7);
   for (let k = 0; k < frames; ++k) values[k * bodies * 7 + 6] = 1;
   let at = start;
   for (let body = 1; frames > 0 && body < bodies; ++body) {

@@ -4,6 +4,7 @@
 #include <md4c-html.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <new>
 #include <system_error>
@@ -77,6 +78,27 @@ std::string in_address(std::string_view name) {
   return result;
 }
 
+/// Returns the name that is part of a URL in HTML: "a b&c" of "a%20b&amp;c".
+std::string from_address(std::string_view address) {
+  std::string name;
+  while (!address.empty()) {
+    auto byte = static_cast<unsigned char>(address[0]);
+    const char* const code = address.data() + 1;
+    unsigned char coded = 0;
+    std::size_t size = 1;
+    if (address.starts_with("&amp;")) {
+      size = 5;
+    } else if (byte == '%' && address.size() >= 3 &&
+               std::from_chars(code, code + 2, coded, 16).ptr == code + 2) {
+      byte = coded;
+      size = 3;
+    }
+    name += static_cast<char>(byte);
+    address.remove_prefix(size);
+  }
+  return name;
+}
+
 /// The Markdown beside the scene's file, with its first paragraph separate; empty without a file.
 struct SceneText {
   std::string title;
@@ -119,7 +141,7 @@ std::string html_of(std::string_view markdown, const std::vector<std::string>& n
     throw std::bad_alloc();
   }
   const auto address = [&](const std::string& given) -> std::string {
-    const fs::path path = given.substr(0, given.find('#'));
+    const fs::path path = from_address(given.substr(0, given.find('#')));
     const bool is_beside = path == path.filename() && path.extension() == ".md";
     if (!is_beside || std::ranges::find(names, path.stem().string()) == names.end()) return "";
     return "../" + in_address(path.stem().string()) + "/index.html";

@@ -90,6 +90,7 @@ TEST_F(CheckTest, BlamesSimulationForMoreFrames) {
   EXPECT_EQ(result_.poses.difference.first_frame, 21);
   EXPECT_THAT(result_.text, HasSubstr("golden has 21 frames, the run 31"));
   EXPECT_THAT(result_.text, HasSubstr("settings changed: frames 20, here 30; from frame 21 on"));
+  EXPECT_THAT(read_text(suite_.shown("player.html")), HasSubstr("\"fate\":\"the golden run ends\""));
 }
 
 TEST_F(CheckTest, BlamesRendererForAnotherLight) {

@@ -110,6 +110,12 @@ def dark(page):
     expect(sum(int(c) for c in color[4:-1].split(",")) < 200, f"dark mode is dark: {color}")
 
 
+def fits_narrow_windows(page):
+    page.page.set_window_size(500, 900)
+    wide = page.script("return document.documentElement.scrollWidth")
+    expect(wide <= page.script("return innerWidth"), f"the page is {wide} pixels wide")
+
+
 def without_scripts(page, report):
     page.page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
     page.page.get(report.as_uri())
@@ -128,6 +134,7 @@ def main():
             keeps_only_picture(Page(chrome, report.parents[2] / "new.html"))
             page = Page(chrome, report)
             dark(page)
+            fits_narrow_windows(page)
             expect_no_network(page.page)
             without_scripts(page, report)
         finally:

@@ -73,10 +73,13 @@ TEST_F(ReportTest, LinksPlayerOfChangedMotion) {
   EXPECT_THAT(player, HasSubstr("as it runs now"));
   EXPECT_THAT(player, HasSubstr("the golden run"));
   EXPECT_THAT(player, testing::Not(HasSubstr("\"uncertainty\":[]")));
-  // Another light alone has no player.
+  // Another light alone has no player, nor has another step.
   replace_in(suite_.scene(), "\"restitution\":0.4", "\"restitution\":0.5");
   suite_.run();
   EXPECT_THAT(page(), testing::Not(HasSubstr("player.html")));
+  EXPECT_FALSE(std::filesystem::exists(suite_.shown("player.html")));
+  suite_.add_to_suite("settings = { step = 0.01 }");
+  EXPECT_THAT(suite_.run().notes, testing::Contains("no motion page: the golden run has another step"));
   EXPECT_FALSE(std::filesystem::exists(suite_.shown("player.html")));
 }
 

@@ -181,7 +181,8 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
   copy_scene("pendulum.gltf", "a b&c.gltf");
   copy_scene("rod_chain.gltf", "chain.gltf");
   write("a b&c.md",
-        "# A <b>pendulum</b>\n\nSee [the chain](chain.md), [its code](../sim/a5_havok.cpp), "
+        "# A <b>pendulum</b>\n\nSee [the chain](chain.md), [itself](<a b&c.md>), "
+        "[its code](../sim/a5_havok.cpp), "
         "[bad](javascript:alert(1)).\n\n<!-- a note -->\n| a | b |\n|---|---|\n| <script>x</script> | 2 |\n");
   write("bad.gltf", "{}");
   const Outcome outcome = make("'a b&c.gltf' bad.gltf chain.gltf");
@@ -194,10 +195,11 @@ TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
                                      "site/a b&c/poster.png", "site/chain/index.html"}));
   expect_content("site/index.html", {"<h1>a &lt;site&gt;</h1>", "<a href=\"a%20b%26c/index.html\">",
                                      "A &lt;b&gt;pendulum&lt;/b&gt;"});
-  expect_content("site/a b&c/index.html",
-                 {"<a href=\"../chain/index.html\">the chain</a>", "<a>its code</a>",
-                  "<td>&lt;script&gt;x&lt;/script&gt;</td>", ">A5  n=10 m=1 "},
-                 {"javascript:", "a note", "<script>"});
+  expect_content(
+      "site/a b&c/index.html",
+      {"<a href=\"../chain/index.html\">the chain</a>", "<a href=\"../a%20b%26c/index.html\">itself</a>",
+       "<a>its code</a>", "<td>&lt;script&gt;x&lt;/script&gt;</td>", ">A5  n=10 m=1 "},
+      {"javascript:", "a note", "<script>"});
 }
 
 TEST_F(Site, OverwritesOnlyItselfAndRefusesBadScenes) {

@@ -121,6 +121,12 @@ def scrubs(page):
     expect(page.frame() == 30, "the scrubber")
     page.script("player.draw()")
     expect(page.chrome.find_element(By.ID, "clock").text == "0.50 s", "the clock follows")
+    # Frame 40 is at 0.6667 s, which the clock shows as 0.67 s.
+    page.script("location.hash = '#t=0.67'")
+    end = time.time() + 10
+    while page.frame() != 40 and time.time() < end:
+        time.sleep(0.05)
+    expect(page.frame() == 40, f"another time in the address: frame {page.frame()}")
 
 
 def shows_other_strips(page):
@@ -159,6 +165,9 @@ def plays(page):
 
 def tells_the_truth(page, run):
     """Poses equal the run's, and errors equal the film's."""
+    # 2^30 + 1 quanta of 2^-18 m in groups of seven bits: 24 bits are too few for x.
+    x = page.script("return posesFrom(new Uint8Array([130, 128, 128, 128, 8, 0, 0, 0, 0, 0, 0]), 0, 1, 2, 2 ** -18, 65536).values[7]")
+    expect(x == 4096 + 2 ** -18, f"a position far from the origin is rounded to {x}")
     page.go(45)
     for frame in [0, 17, 60]:
         for body, row in enumerate(run[frame]):
@@ -248,13 +257,16 @@ def shows_materials(chrome, folder, substep):
     """Squares with all properties of materials have the renderer's colours."""
     textured_scene.write(folder / "squares.gltf")
     width, height = 640, 360
-    for arguments in [["player", "squares.gltf", "--duration", "0.1", "--panel", "a5,n=2", "--output", "squares.html"],
+    for arguments in [["player", "squares.gltf", "--duration", "0.1", "--fps", "240", "--panel", "a5,n=2", "--output",
+                       "squares.html"],
                       ["render", "squares.gltf", "--time", "0", "--size", f"{width}x{height}", "--output", "squares.png"]]:
         subprocess.run([substep, *arguments], cwd=folder, check=True, capture_output=True)
     page = Page(chrome, folder / "squares.html")
     expect(page.message() == "", f"the page says {page.message()}")
     sides = page.script("return player.data.images.map(image => Math.max(image.width, image.height))")
     expect(sorted(sides)[-1] == 512, f"images have sides of {sides} pixels: the large one is halved to 512")
+    page.go(1)
+    expect(page.chrome.find_element(By.ID, "clock").text == "0.004 s", "the clock tells frames of 240 Hz apart")
     points = [place for _, place in textured_scene.quarters()]
     names = [name for name, _ in textured_scene.quarters()]
     page.go(0)

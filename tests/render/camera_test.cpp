@@ -80,6 +80,12 @@ TEST_F(AutomaticView, HoldsMovingBodiesAndFillsThePicture) {
     frames_.back()[3].angular = compose(rotation_quaternion({0.1, 0.1, 0}), frames_.back()[3].angular);
   }
   EXPECT_NEAR(farthest_from_middle(view()), 1 / 1.12, 1e-9);
+  // The same scene far from the origin is seen alike.
+  const glm::dvec3 eye = view().eye;
+  for (std::vector<Coordinates>& poses : frames_) {
+    for (Coordinates& q : poses) q.linear += Vector3(5000, 0, 3000);
+  }
+  EXPECT_NEAR(glm::distance(view().eye, eye + glm::dvec3(5000, 0, 3000)), 0, 1e-6);
 }
 
 TEST_F(AutomaticView, IgnoresLostBodiesAndScenery) {
@@ -87,6 +93,7 @@ TEST_F(AutomaticView, IgnoresLostBodiesAndScenery) {
   std::vector<Coordinates>& poses = add_frame();
   poses[1].linear = {1e9, 0, 0};
   poses[2].linear = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  poses[3].linear = {0, 1e5, 0};
   scene_.colliders.emplace_back().shape = Plane{};
   scene_.colliders.back().placement.orientation = rotation_quaternion({0, 0, 0.5});
   EXPECT_EQ(view().eye, near.eye);

@@ -182,6 +182,22 @@ TEST(Shadows, LampShadowSpreads) {
   EXPECT_NEAR(darker(2.6), 0, 3);
 }
 
+TEST(Shadows, AreAlikeInMillimetresAndMetres) {
+  const auto shaded_pixels = [](double size) {
+    Scene scene = empty_scene();
+    add_body(scene, box(Vector3::Constant(size)), {0, 0.5 * size, 0});
+    add_body(scene, box(Vector3::Constant(0.6 * size)), {0.2 * size, 1.3 * size, 0.1 * size});
+    scene.camera = Camera{{{0, 3 * size, 6 * size}, rotation_quaternion({-0.4636, 0, 0})}, 0.8};
+    scene.sun = Sun{{-0.4, -1, 0.5}, {1, 1, 1}, 3};
+    const Image with = picture_of(scene, small_picture);
+    const Image without = picture_of(scene, without_shadows());
+    return count_pixels(with, [&](int x, int y) { return luma(with, {x, y}) < luma(without, {x, y}) - 20; });
+  };
+  const int in_metres = shaded_pixels(1);
+  EXPECT_GT(in_metres, 300);
+  EXPECT_NEAR(shaded_pixels(0.001), in_metres, in_metres / 8);  // measured 395 and 422
+}
+
 TEST(Shadows, SpareLitSurfacesOfConvexBodies) {
   // Where the light falls on a convex body, only the body itself could cast a shadow: with and without are
   // equal.
