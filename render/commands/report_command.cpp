@@ -27,7 +27,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void print(const std::vector<TextTable>& tables) {
+/// Prints the tables. Throws Error where there are none. `what`: their name.
+void print(const std::vector<TextTable>& tables, const std::string& what) {
+  if (tables.empty()) throw Error("{} has nothing to show: the sweep measured none of it", what);
   const char* between = "";
   for (const TextTable& table : tables) fmt::print("{}{}", std::exchange(between, "\n"), to_markdown(table));
 }
@@ -90,7 +92,7 @@ void draw_figure(const FigureOptions& options) {
   source.problems = options.problems;
   const report::Sheet sheet =
       report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
-  if (options.numbers) return print(report::numbers_of(sheet));
+  if (options.numbers) return print(report::numbers_of(sheet), "the figure " + figure.name);
   const report::RenderedFigure rendered = report::rendered(sheet, format, style);
   for (const auto& [extension, content] :
        {std::pair(output.extension(), &rendered.picture), std::pair(fs::path(".csv"), &rendered.points),
@@ -222,7 +224,8 @@ void report(const ReportOptions& options) {
     report::FigureSource source;
     source.records = merge_sweep(sweep, results);
     progress.clear();
-    if (cost) return print(report::equal_cost_of_descendants(source.records, *cost));
+    if (cost)
+      return print(report::equal_cost_of_descendants(source.records, *cost), "the table " + *options.table);
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
     if (sweep.scenes.size() <= report::most_cards) {
@@ -276,6 +279,7 @@ void add_report_command(CLI::App& app) {
   add_figure_command(*command);
   add_claims_command(*command);
   add_published_command(*command);
+  add_mlcp_command(*command);
   command->callback([options, command] {
     if (command->get_subcommands().empty()) report(*options);
   });

@@ -55,7 +55,10 @@ std::vector<Contender> contenders() {
           line("AVBD", Algorithm::avbd)};
 }
 
-const Contender* find_contender(const std::vector<Contender>& all, const Settings& settings) {
+/// Returns the line of a run at the scene's step, or of A1 at any step; null: none.
+const Contender* find_contender(const std::vector<Contender>& all, const SweepRecord& record) {
+  const Settings& settings = record.settings;
+  if (record.divisions > 1 && settings.algorithm != Algorithm::a1) return nullptr;
   const auto found = std::ranges::find_if(all, [&](const Contender& contender) {
     Settings same = contender.settings;
     same.step = settings.step;
@@ -66,8 +69,8 @@ const Contender* find_contender(const std::vector<Contender>& all, const Setting
   return found == all.end() ? nullptr : &*found;
 }
 
-bool is_a5(const std::vector<Contender>& all, const Settings& settings) {
-  const Contender* const found = find_contender(all, settings);
+bool is_a5(const std::vector<Contender>& all, const SweepRecord& record) {
+  const Contender* const found = find_contender(all, record);
   return found != nullptr && found->title == std::string_view("A5");
 }
 
@@ -144,8 +147,9 @@ Sheet descendants_sheet(const FigureSource& source, Cost cost) {
       if (contender.settings.contact_hertz == stiffer_hertz) continue;  // omit: a panel shows seven lines
       Series series{contender.title, contender.style};
       for (const SweepRecord& record : records) {
-        if (find_contender(all, record.settings) != &contender) continue;
-        series.points.push_back({price_of(record, cost), drawn_merit(record)});
+        const double price = price_of(record, cost);
+        if (!(price > 0) || find_contender(all, record) != &contender) continue;
+        series.points.push_back({price, drawn_merit(record)});
       }
       if (!series.points.empty()) lines.push_back(std::move(series));
     }
@@ -173,8 +177,8 @@ Sheet warm_start_sheet(const FigureSource& source) {
       Series series{fmt::format("{:g} of the last impulses", fraction),
                     {quarters, shapes.at(static_cast<std::size_t>(quarters))}};
       for (const SweepRecord& record : records) {
-        Settings cold = record.settings;
-        cold.warm_start = 0;
+        SweepRecord cold = record;
+        cold.settings.warm_start = 0;
         if (record.settings.warm_start != fraction || !is_a5(all, cold)) continue;
         series.points.push_back({static_cast<double>(record.settings.substeps), drawn_merit(record)});
       }
@@ -275,17 +279,17 @@ std::vector<TextTable> equal_cost_of_descendants(const std::vector<SweepRecord>&
     for (const std::string& scene : scenes_of(records)) {
       std::vector<SweepRecord> own = of_scene(records, scene);
       std::erase_if(own, [&](const SweepRecord& record) {
-        return !record.metrics || find_contender(all, record.settings) == nullptr;
+        return !record.metrics || find_contender(all, record) == nullptr;
       });
       const auto budget = std::ranges::find_if(own, [&](const SweepRecord& record) {
-        return record.settings.substeps == 16 && is_a5(all, record.settings);
+        return record.settings.substeps == 16 && is_a5(all, record);
       });
       if (budget == own.end() || (budget->contacts == ContactKind::standing) != stands) continue;
       table.head.push_back(stands ? scene : fmt::format("{}: {}, m", scene, merit_of(*budget).quantity));
       for (std::size_t i = 0; i < all.size(); ++i) {
         const SweepRecord* chosen = nullptr;
         for (const SweepRecord& record : own) {
-          if (find_contender(all, record.settings) != &all[i]) continue;
+          if (find_contender(all, record) != &all[i]) continue;
           if (!(price_of(record, cost) <= slack * price_of(*budget, cost))) continue;
           if (!chosen || record.metrics->row_solves > chosen->metrics->row_solves) chosen = &record;
         }

@@ -71,8 +71,10 @@ TextTable numbers_of(const Panel& panel) {
   }
   TextTable table{{fmt::format("{}: {}", panel.title, panel.x.title)}, {}};
   std::map<double, std::vector<std::vector<double>>> rows;  // by x, by column
+  const auto has_marks = [](const Series& series) { return series.style.points; };
+  const bool has_borders = std::ranges::any_of(panel.series, has_marks);
   for (const Series& series : panel.series) {
-    if (!series.style.points) continue;  // a border
+    if (has_borders && !has_marks(series)) continue;  // a border
     for (const auto& [x, y] : series.points) {
       rows[x].resize(std::max(rows[x].size(), table.head.size()));
       rows[x].back().push_back(y);

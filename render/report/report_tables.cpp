@@ -35,14 +35,17 @@ std::string settings_text(const SweepRecord& record, bool joints) {
   return text.substr(text.find(with) + with.size());
 }
 
-/// Returns the cheapest run of one side, ours or other engines, within so many metres of the reference, or
-/// null.
+/// Returns whether the run was timed and is of one side: of A1 to A5, or of another engine.
+bool is_timed_side(const SweepRecord& record, bool is_ours) {
+  if (!record.times || !record.metrics) return false;
+  return is_ours ? is_own_run(record) && is_of_report(record.settings.algorithm) : is_other_engine(record);
+}
+
+/// Returns the cheapest run of one side within so many metres of the reference, or null.
 const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, double metres, bool is_ours) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
-    const bool is_five = is_own_run(record) && is_of_report(record.settings.algorithm);
-    if (!(is_ours ? is_five : is_other_engine(record))) continue;
-    if (!record.metrics || !record.times || !record.metrics->bounded) continue;
+    if (!is_timed_side(record, is_ours) || !record.metrics->bounded) continue;
     if (!(record.metrics->error.position.rms <= metres)) continue;
     if (!best || record.times->median < best->times->median) best = &record;
   }
@@ -119,22 +122,24 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
 EqualRows equal_rows(const std::vector<SweepRecord>& records) {
   EqualRows result;
   for (const std::string& scene : scenes_of(records)) {
-    std::map<int, std::vector<double>> errors;  // of A3 and of A2
+    std::map<int, std::vector<const SweepRecord*>> pairs;  // of A3 and of A2
     const std::vector<EqualRowRun> runs = equal_row_runs(records, scene);
     for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a2}) {
       for (const EqualRowRun& run : runs) {
-        if (run.record.settings.algorithm == algorithm) errors[run.n].push_back(error_of(run.record));
+        if (run.record.settings.algorithm == algorithm) pairs[run.n].push_back(&run.record);
       }
     }
     bool holds = true;
     bool has_any = false;
-    for (const auto& [n, pair] : errors) {
+    for (const auto& [n, pair] : pairs) {
       if (n == 1 || pair.size() != 2) continue;
+      const double a3 = error_or_gap_of(*pair[0]);
+      const double a2 = error_or_gap_of(*pair[1]);
       has_any = true;
-      holds = holds && pair[0] < pair[1];
-      const bool both = std::isfinite(pair[0]) && std::isfinite(pair[1]);
-      result.table.rows.push_back({scene, std::to_string(n), percent(pair[0]), percent(pair[1]),
-                                   both ? fmt::format("{:.2g}", pair[0] / pair[1]) : ""});
+      holds = holds && a3 < a2;
+      result.table.rows.push_back(
+          {scene, std::to_string(n), error_text(*pair[0]), error_text(*pair[1]),
+           std::isfinite(a3) && std::isfinite(a2) ? fmt::format("{:.2g}", a3 / a2) : ""});
     }
     if (has_any) (holds ? result.won_on : result.not_won_on).push_back(scene);
   }
@@ -212,8 +217,11 @@ TextTable ahead_table(const std::vector<SweepRecord>& records) {
                   {}};
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
-    const auto is_run = [](const SweepRecord& record) { return is_other_engine(record) && record.metrics; };
-    if (std::ranges::none_of(own, is_run)) continue;
+    const auto has_side = [&own](bool is_ours) {
+      return std::ranges::any_of(own, [=](const SweepRecord& run) { return is_timed_side(run, is_ours); });
+    };
+    // Turns in place have no distance
+    if (turns_in_place(own) || !has_side(true) || !has_side(false)) continue;
     for (const double millimetres : {100.0, 30.0, 10.0, 3.0, 1.0}) {
       const SweepRecord* const ours = cheapest_within(own, 1e-3 * millimetres, true);
       const SweepRecord* const theirs = cheapest_within(own, 1e-3 * millimetres, false);

@@ -60,7 +60,7 @@ void submit(const SweepCommand& command, int tasks) {
         "slurm-client",
         error.code().message());
   }
-  fmt::print("submitted: {} tasks\nwhen they are done: substep sweep {} --output {} --merge\n", tasks,
+  fmt::print("submitted: {} tasks\nwhen they are done: substep sweep \"{}\" --output \"{}\" --merge\n", tasks,
              command.file.string(), command.options.results.string());
 }
 

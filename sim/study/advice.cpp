@@ -62,15 +62,17 @@ const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   return best;
 }
 
-/// Returns the distance of a run's change of energy from that of the most accurate run, relative to the
-/// energy that can be lost. Returns 0 where bodies move in contact after the reference has diverged: no run
-/// is right there.
+/// Returns the distance of a run's change of energy from that of the most accurate run or, without contacts,
+/// from 0 where that is less, relative to the energy that can be lost. Returns 0 where bodies move in contact
+/// after the reference has diverged: no run is right there.
 double energy_error(const SweepRecord& record, const SweepRecord& best) {
   const Metrics& x = *record.metrics;
   const bool is_known =
       record.contacts != ContactKind::moving || record.horizon > record.duration - record.settings.step / 2;
   if (!(x.energy_scale > 0) || !is_known) return 0;
-  return std::abs(x.energy_change - best.metrics->energy_change) / x.energy_scale;
+  const double distance = std::abs(x.energy_change - best.metrics->energy_change);
+  const bool can_lose = record.contacts != ContactKind::none;
+  return (can_lose ? distance : std::min(distance, std::abs(x.energy_change))) / x.energy_scale;
 }
 
 /// Returns whether the run is good enough for `cheapest`. `best`: the most accurate run, or null.
@@ -87,8 +89,8 @@ std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
   const Metrics& x = *record.metrics;
   if (x.diverged) return fmt::format("it diverges at {:.2g} s", *x.diverged);
   if (x.bounded && best && energy_error(record, *best) > 0.1) {
-    return fmt::format("its energy changes by {} J instead of {} J", short_number(x.energy_change),
-                       short_number(best->metrics->energy_change));
+    return fmt::format("its energy changes by {} J, that of the most accurate run by {} J",
+                       short_number(x.energy_change), short_number(best->metrics->energy_change));
   }
   if (x.bounded) return "";
   if (x.energy_growth > 0.1 * x.energy_scale)

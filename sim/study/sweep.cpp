@@ -15,6 +15,7 @@
 #include "sim/measure/substep_map.h"
 #include "sim/model/model.h"
 #include "sim/study/engines/engines.h"
+#include "sim/study/sweep_results.h"
 
 namespace substep {
 namespace {
@@ -217,6 +218,7 @@ std::vector<SweepRecord> merge_sweep(const Sweep& sweep, const fs::path& results
   write_file(results / "sweep.json", fmt::format("[\n{}\n]\n", fmt::join(texts, ",\n")));
   write_file(results / "errors.csv", errors_csv(records));
   write_file(results / "times.csv", times_csv(records));
+  mark_turns(records);
   return records;
 }
 
@@ -232,6 +234,7 @@ std::vector<SweepRecord> read_records(const fs::path& results) {
   } catch (const std::exception& error) {
     throw Error("{}: {}", file.string(), error.what());
   }
+  mark_turns(records);
   return records;
 }
 

@@ -72,6 +72,7 @@ struct SweepRecord : SweepJob {
   double horizon = 0;            ///< s
   std::string divergence_point;  ///< where the reference's refinements diverge at the horizon; empty: nowhere
   std::string omitted;           ///< why this was not run; empty: it was
+  bool turns_in_place = false;   ///< some run of the scene errs by turns alone; not in the file
   /// Spectral radius of the map of a sub-step with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;
   std::optional<Metrics> metrics;

@@ -22,6 +22,17 @@ double scene_step(const std::vector<SweepRecord>& records) {
   return step;
 }
 
+/// Returns whether equal_row_runs() has a run with these settings.
+bool is_at_equal_rows(const Settings& s, double step) {
+  const bool is_a2 = s.algorithm == Algorithm::a2;
+  const Settings plain{.algorithm = s.algorithm,
+                       .step = step,
+                       .substeps = s.substeps,
+                       .iterations = is_a2 ? s.iterations : 1,
+                       .joints = Joints::rows};
+  return (is_a2 || s.algorithm == Algorithm::a3) && label(s) == label(plain);
+}
+
 /// Groups of a scene's runs that are joined to lines, along which one setting alone varies.
 class Lines {
  public:
@@ -77,7 +88,8 @@ class Lines {
                  ? ""
                  : "this m at one step alone";
     }
-    if (s.joints == Joints::rows) return "single rows, which 'equal-rows' shows";
+    if (s.joints == Joints::rows)
+      return is_at_equal_rows(s, step_) ? "single rows, which 'equal-rows' shows" : "single rows";
     if (s.iterations != own.steps_of.begin()->first) return "a line follows n, with the fewest iterations m";
     return is_at_step || own.substeps.size() == 1 ? "" : "another step than the scene's";
   }
@@ -142,11 +154,11 @@ std::vector<RunFamily> all_families(const std::vector<SweepRecord>& records) {
   return families;
 }
 
-/// Returns true where the centres err by less than a millionth of the turn: bodies turn about their centres.
+/// Returns true where bodies turn about their centres: these err by less than a millionth of the turn.
 bool is_turn_alone(const SweepRecord& record) {
   if (!record.metrics) return false;
   const MotionDifference& error = record.metrics->error;
-  return error.position.rms < 1e-6 * record.size * error.orientation.rms;
+  return record.turns_in_place || error.position.rms < 1e-6 * record.size * error.orientation.rms;
 }
 
 }  // namespace
@@ -169,6 +181,14 @@ bool turns_in_place(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) {
     return is_turn_alone(record) && error_of(record) > smallest_plotted_error;
   });
+}
+
+void mark_turns(std::vector<SweepRecord>& records) {
+  std::set<std::string> scenes;
+  for (const SweepRecord& record : records) {
+    if (is_own_run(record) && turns_in_place({record})) scenes.insert(record.scene);
+  }
+  for (SweepRecord& record : records) record.turns_in_place = scenes.contains(record.scene);
 }
 
 bool has_contacts(const std::vector<SweepRecord>& records) {
@@ -222,14 +242,8 @@ std::vector<EqualRowRun> equal_row_runs(const std::vector<SweepRecord>& records,
   std::array<double, 2> rows{};  // of one sweep, of A2 and of A3; runs that diverge have fewer
   for (const SweepRecord& record : own) {
     const Settings& s = record.settings;
+    if (!is_own_run(record) || !is_at_equal_rows(s, step)) continue;
     const bool is_a2 = s.algorithm == Algorithm::a2;
-    const Settings plain{.algorithm = s.algorithm,
-                         .step = step,
-                         .substeps = s.substeps,
-                         .iterations = is_a2 ? s.iterations : 1,
-                         .joints = Joints::rows};
-    const bool is_a3 = s.algorithm == Algorithm::a3;
-    if (!is_own_run(record) || !(is_a2 || is_a3) || label(s) != label(plain)) continue;
     const int n = is_a2 ? s.iterations : s.substeps;
     double& most = rows.at(is_a2 ? 0 : 1);
     most = std::max(most, static_cast<double>(record.metrics->row_solves) / n);

@@ -68,6 +68,8 @@ std::vector<EqualRowRun> equal_row_runs(const std::vector<SweepRecord>& records,
 std::string error_text(const SweepRecord& record);
 /// Returns true where bodies turn about their centres, so that errors are turns.
 bool turns_in_place(const std::vector<SweepRecord>& records);
+/// Sets `turns_in_place` in all records of scenes where it is true for a run of ours.
+void mark_turns(std::vector<SweepRecord>& records);
 
 /// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
 std::string percent(double share);
@@ -87,8 +89,8 @@ double time_or_rows(const SweepRecord& record);
 
 /// Returns the cheapest of our runs that is good enough; nothing if none is. A good run stays bounded
 /// with an RMS error of at most `tolerance` (of the scene's size), its joints and contacts stay closed to
-/// `tolerance`, its change of energy is within ten times `tolerance` of the most accurate run's, and no
-/// finer run of the same algorithm and settings is unbounded. `records`: of one scene.
+/// `tolerance`, its change of energy is within ten times `tolerance` of the most accurate run's or, without
+/// contacts, of 0, and no finer run of the same algorithm and settings is unbounded. `records`: of one scene.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
 /// Returns the bounded runs that err by a fifth less than every cheaper one, the cheapest first.

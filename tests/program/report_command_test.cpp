@@ -26,6 +26,8 @@ TEST_F(FigureCommand, DrawsOverlapsOfSweepsAndSubsteps) {
   printed("report figure drift --scenes $S --output drift.svg");
   for (const char* const algorithm : {"A2", "A3", "A4", "A5"})
     EXPECT_THAT(content("drift.csv"), HasSubstr(std::string("contacts\",\"") + algorithm));
+  expect("report figure drift --scenes $S --numbers", 0,
+         {"| rod_chain: energy: t, s | A1 | A2 | A3 | A4 | A5 |"});
 }
 
 TEST_F(FigureCommand, RefusesBadOptions) {
@@ -97,6 +99,9 @@ TEST_F(ReportCommand, PrintsOneTable) {
   expect("report my.toml --output page --table descendants-rows", 0,
          {"| displacement, m | pile |", "\n| Soft Step | 0.028"});
   EXPECT_FALSE(has("page/report.md"));
+  // The sweep has no repetitions
+  refuses("report my.toml --output page --table descendants-time",
+          "the table descendants-time has nothing to show: the sweep measured none of it");
 }
 
 TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {

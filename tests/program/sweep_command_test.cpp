@@ -131,6 +131,11 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   refuses("sweep nothing.toml", "nothing.toml");
   refuses("sweep small.toml --job 3/2", "--job '3/2'");
   refuses("sweep small.toml --job 1/2 --merge", "give one of them");
+  // Another program in sbatch's place takes the jobs
+  std::filesystem::create_directory(folder() / "bin");
+  std::filesystem::create_symlink("/bin/true", folder() / "bin/sbatch");
+  EXPECT_THAT(command("PATH=bin $P sweep small.toml --output 'r 7' --slurm 2").out,
+              HasSubstr("substep sweep \"small.toml\" --output \"r 7\" --merge"));
   // Without a PATH there is no Slurm.
   EXPECT_THAT(command("PATH= $P sweep small.toml --slurm 2").err, HasSubstr("sbatch cannot be started"));
 }

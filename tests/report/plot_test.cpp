@@ -23,6 +23,7 @@
 namespace substep::report {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -111,6 +112,11 @@ TEST(Plot, HasTheRangeAskedFor) {
   EXPECT_THAT(svg_of(with_ranges(two_panels(), std::array<double, 2>{1e-8, 1e4}, {})),
               HasSubstr("-8</tspan>"));
   EXPECT_THAT(svg_of(with_ranges(two_panels(), {}, {})), Not(HasSubstr("-8</tspan>")));
+  const Sheet thousands = two_panels({{1000, 1}, {3000, 0.1}});
+  const std::string svg = svg_of(with_ranges(thousands, std::array<double, 2>{200, 20000}, {}));
+  EXPECT_THAT(svg, AllOf(HasSubstr(">4</tspan>"), HasSubstr(">3</tspan>"), Not(HasSubstr(">2</tspan>"))));
+  EXPECT_THAT(svg_of(with_ranges(thousands, std::array<double, 2>{2000, 8000}, {})),
+              AllOf(HasSubstr(">2000</tspan>"), HasSubstr(">8000</tspan>")));
   EXPECT_THROW(with_ranges(two_panels(), {}, std::array<double, 2>{0, 1}), Error);
 }
 

@@ -43,8 +43,9 @@ TEST(Descendants, UseTheMostRowsWithinTheBudget) {
       standing(Algorithm::a5, 16, 1000, 0.001), standing(Algorithm::soft, 4, 600, 0.03),
       standing(Algorithm::soft, 6, 1040, 0.02),  // within 5 % of the budget
       standing(Algorithm::soft, 8, 1200, 0.01), standing(Algorithm::avbd, 10, 900, 0.1),
-      standing(Algorithm::a1, 1, 2000, 0)};
+      standing(Algorithm::a1, 1, 2000, 0),      standing(Algorithm::soft, 6, 1045, 0.5)};
   records[4].metrics->diverged = 0.5;
+  records[6].divisions = 2;  // not at the scene's step
   const std::vector<TextTable> tables = equal_cost_of_descendants(records, Cost::rows);
   ASSERT_EQ(tables.size(), 1u);
   std::map<std::string, std::string> cells;
@@ -57,6 +58,9 @@ TEST(Descendants, UseTheMostRowsWithinTheBudget) {
   untimed.records = records;
   EXPECT_TRUE(equal_cost_of_descendants(records, Cost::time).empty());
   EXPECT_TRUE(figure_named("descendants-time").make(untimed).panels.empty());
+  EXPECT_EQ(figure_named("descendants-rows").make(untimed).panels.size(), 1u);
+  for (SweepRecord& record : untimed.records) record.metrics->row_solves = 0;
+  EXPECT_TRUE(figure_named("descendants-rows").make(untimed).panels.empty());
   records.resize(1);
   EXPECT_TRUE(equal_cost_of_descendants(records, Cost::rows).empty());
 }
@@ -175,6 +179,11 @@ TEST(EqualRows, CountPartsOfTheStep) {
     return to_markdown(report_page(source, {{"equal-rows", {"<svg/>", {}, {}, {}}}}));
   };
   EXPECT_THAT(page(), HasSubstr("on 1 of 1 scenes: stack."));
+  for (SweepRecord& record : source.records)
+    record.metrics->error = {{0, 0}, record.metrics->error.position};  // turns in place
+  EXPECT_THAT(equal_rows(source.records).table.rows[0],
+              testing::ElementsAre("stack", "16", "0.1 rad", "0.2 rad", "0.5"));
+  EXPECT_EQ(figure_named("equal-rows").make(source).panels[0].y.title, "RMS turn, rad");
   source.records.erase(source.records.begin() + 3);
   EXPECT_THAT(page(), AllOf(HasSubstr("equal-rows.svg"), Not(HasSubstr("At equal row solves (equal step"))));
 }

@@ -79,6 +79,11 @@ TEST(Advice, RejectsRunsThatChangeEnergy) {
   const std::string text = advice(runs);
   EXPECT_THAT(text, HasSubstr("2 settings that are within 1 %"));
   EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
+  // The most accurate run loses energy, a cheaper one does not
+  runs[0].metrics->energy_change = -6;
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
+  for (SweepRecord& record : runs) record.contacts = ContactKind::standing;
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a1);
 }
 
 TEST(Advice, NamesSettingsThatAreNoDefaults) {
@@ -99,6 +104,11 @@ TEST(Advice, GivesTurnsInRadians) {
   EXPECT_EQ(error_text(record), "0.132 rad");
   EXPECT_EQ(error_or_gap_title({record}), "RMS turn, rad");
   EXPECT_THAT(advice({record}), HasSubstr("No run stays within 0.01 rad"));
+  // A joint that yields by 8 µm does not change what the scene's errors are
+  std::vector<SweepRecord> runs{record, record};
+  runs[1].metrics->error.position = {8e-6, 8e-6};
+  mark_turns(runs);
+  EXPECT_EQ(error_text(runs[1]), "0.132 rad");
   record.metrics->error.position = {0.02, 0.02};
   EXPECT_EQ(error_text(record), "2 %");
 }
