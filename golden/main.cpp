@@ -104,7 +104,6 @@ int run(int argc, char** argv) {
   golden::add_init_command(app);
   add_measure_command(app);
   add_sweep_command(app);
-  add_mlcp_command(app);
   render::add_report_command(app);
 
   std::vector<std::string> words(argv + 1, argv + argc);

@@ -10,9 +10,9 @@ void add_run_command(CLI::App& app);
 void add_info_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
-void add_mlcp_command(CLI::App& app);
 // Commands below `report`:
 void add_claims_command(CLI::App& report);
 void add_published_command(CLI::App& report);
+void add_mlcp_command(CLI::App& report);
 
 }  // namespace substep

@@ -81,8 +81,8 @@ void mlcp(const MlcpOptions& options) {
 
 }  // namespace
 
-void add_mlcp_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand(
+void add_mlcp_command(CLI::App& report) {
+  CLI::App* const command = report.add_subcommand(
       "mlcp", "Solve friction problems of files; print their errors, and how sweeps converge");
   const auto options = std::make_shared<MlcpOptions>();
   command->add_option("files", options->files, "Siconos' plain text, or problems that 'run' wrote")
@@ -95,7 +95,7 @@ void add_mlcp_command(CLI::App& app) {
       "|r| and |u|, by another formula than the solver's. Up to 1e-8 the problem counts as solved; "
       "otherwise the code is 1. For one file a second table lists the error of row-by-row sweeps, as in "
       "A2.\n"
-      "Example:\n  substep mlcp box_stack.a1.poses.txt.unsolved.txt");
+      "Example:\n  substep report mlcp box_stack.a1.poses.txt.unsolved.txt");
   command->callback([options] { mlcp(*options); });
 }
 
