@@ -21,7 +21,8 @@ TEST_F(PoseTableCommands, TableOfRunHasItsPoses) {
   const Json tumbling = Json::parse(content_of(scene("tumbling_body.gltf")).value());
   write("pivoting.gltf", test::edited(tumbling, "/nodes/3/$/motion/mass = 0").dump());
   printed("run pivoting.gltf --duration 0.1 --csv pivoting.csv --output pivoting.poses.txt");
-  expect("diff pivoting.poses.txt pivoting.csv --scene pivoting.gltf", 1, {"all 7 frames have the same state"});
+  expect("diff pivoting.poses.txt pivoting.csv --scene pivoting.gltf", 1,
+         {"all 7 frames have the same state"});
   printed("diff rig.csv rig.csv --scene $S/incline.gltf");
   refuses("diff rig.csv rig.csv", "name the table's scene with --scene FILE");
   refuses("export rig.csv", "name the table's scene with --scene FILE");
