@@ -188,7 +188,7 @@ TEST(EqualRows, CountPartsOfTheStep) {
   EXPECT_THAT(page(), AllOf(HasSubstr("equal-rows.svg"), Not(HasSubstr("At equal row solves (equal step"))));
 }
 
-TEST(ReportTables, LimitsHaveAColumnForEachSetting) {
+TEST(LimitsTable, HasColumnForEachSetting) {
   std::vector<SweepRecord> records{single_rows(Algorithm::a2, 4, 1, 0), single_rows(Algorithm::a2, 4, 1, 0),
                                    standing(Algorithm::avbd, 5, 1, 0)};
   records[0].settings.relaxation = 1.6;

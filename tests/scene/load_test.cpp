@@ -381,7 +381,7 @@ TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
   }
 }
 
-TEST(LoadScene, MirrorKeepsAxesOfShapesJointsCamerasAndLights) {
+TEST(MirroredNode, KeepsAxesOfShapesJointsCamerasAndLights) {
   const char* const cone =
       R"({"type": "cylinder", "cylinder": {"height": 1, "radiusBottom": 0.5, "radiusTop": 0}})";
   for (int signs = 0; signs < 8; ++signs) {
@@ -507,7 +507,7 @@ TEST(LoadScene, HullHoldsMeshesOfChildren) {
   expect_near(scene.bodies[2].pose.position, {4, 1, 0}, 1e-14);
 }
 
-TEST(LoadScene, HullLeavesOutUnusedVertices) {
+TEST(HullCollider, LeavesOutUnusedVertices) {
   // Three triangles use all corners of the cube but one, which cuts off a sixth of 2 m³.
   const Scene scene = load(edited("/accessors/1/count = 9"));
   EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 7U);

@@ -299,7 +299,7 @@ TEST(Restitution, IgnoresCommonVelocity) {
 }
 
 // A turning bar pushes a ball outwards, which slides at r = 0.2 exp(5 t) m.
-TEST(Restitution, PressedBallStaysOut) {
+TEST(Restitution, KeepsPressedBallOut) {
   constexpr double spin = 5;
   constexpr double radius = 0.05;
   Scene scene = test::weightless_scene();

@@ -159,7 +159,7 @@ TEST(SoftStep, HeavyTopNeedsAStiffContact) {
 
 // One cube flies into another. The step is divided at the impact: carried on as a force of that short part,
 // the impact's impulse grows tenfold in the next part, and so does the energy.
-TEST(SoftStep, ObliqueImpactGainsNoEnergy) {
+TEST(SoftStep, GainsNoEnergyInObliqueImpacts) {
   Scene scene = test::empty_scene();
   scene.gravity.setZero();
   const auto add_cube = [&](const Vector3& position, const Quaternion& turned) {

@@ -240,7 +240,7 @@ TEST(JointedImpact, HammerOnAChainTakesItsImpulse) {
 
 // Two rods in line turn at 1 rad/s until the first one's hinge meets a stop. The second one keeps its angular
 // momentum about the hinge between them, m (1.5 · 0.5 + 1/12), where its moment is m/3.
-TEST(JointedImpact, StoppedLinkPassesItsSpinOn) {
+TEST(JointLimit, PassesSpinOfStoppedLinkOn) {
   Scene scene = weightless_scene();
   for (int i = 0; i < 2; ++i) {
     Body& body = scene.bodies.emplace_back(rod(1, 1));

@@ -368,7 +368,7 @@ TEST(Joints, JointToAPostSilencesThePostAlone) {
 }
 
 // A row in whose direction nothing moves has Γ = 0. The other directions continue at 1 rad/s.
-TEST(Bodies, ImmovableDirectionsLeaveTheOthers) {
+TEST(JointBlock, MovesBodiesInDirectionsThatAreFree) {
   Scene wheel = jointed_body({locked_point, test::locked(true, {true, true, false})});
   wheel.bodies[1].inverse_inertia = {0, 0, 4};
   wheel.bodies[1].angular_velocity = {0, 0, 1};

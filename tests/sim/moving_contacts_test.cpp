@@ -232,7 +232,7 @@ Trial draw_flush_passage(Random& random) {
                     change_of_motion(scene, {size.norm() / 2}, speed, Vector3::Zero()));
 }
 
-TEST(NearMiss, FlyingFlushPastAnEdgeChangesNothing) {
+TEST(NearMiss, ChangesNothingFlushBesideAnEdge) {
   run({"near miss, flush with an edge: motion", 1e-6, &draw_flush_passage});
 }
 

@@ -104,7 +104,7 @@ TEST(Spring, HangsAtItsStaticDeflection) {
 
 // A critically damped bumper, k = ω² m and c = 2 ω m, that is met at 2 m/s lets go where its force is 0, at
 // t = 2/ω, with 2 e⁻² m/s.
-TEST(Spring, BumperPushesUntilItsForceEnds) {
+TEST(SoftLimit, PushesUntilItsForceEnds) {
   constexpr double mass = 2.3;
   const Vector3 along = tilt * Vector3(1, 0, 0);
   for (const double omega : {10.0, 100.0}) {
