@@ -14,7 +14,6 @@
 #include "sim/error.h"
 #include "sim/log/pose_table.h"
 #include "sim/model/state.h"
-#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep::render {
@@ -138,11 +137,7 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
 
 ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   const Settings base = solver.settings(scene_to_show);
-  const PanelDefaults defaults{[&](Algorithm algorithm) {
-                                 Settings result = usual_settings(scene_to_show, algorithm);
-                                 solver.apply_to(result);
-                                 return result;
-                               },
+  const PanelDefaults defaults{[&](Algorithm algorithm) { return solver.settings(scene_to_show, algorithm); },
                                solver.has("substeps") || solver.has("iterations")};
   ComparisonSettings settings;
   if (panels_file_) {

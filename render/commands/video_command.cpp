@@ -137,10 +137,9 @@ void add_video_command(CLI::App& app) {
   command->footer(
       "A panel is an algorithm or engine, then settings that differ from the options above, as --set takes "
       "them, then title=…: 'a5,n=4,joints=stable'. Engines make n·m iterations unless the panel sets m; so "
-      "do "
-      "A2 and AVBD where n or m is given. The strip of errors is the RMS distance of the bodies' points from "
-      "where the reference has them; it ends where the reference does, and is grey below the reference's "
-      "uncertainty. Frames between two steps are interpolated.\n"
+      "do A2 and AVBD where n or m is given. The strip of errors is the RMS distance of the bodies' points "
+      "from where the reference has them; it ends where the reference does, and is grey below the "
+      "reference's uncertainty. Frames between two steps are interpolated.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "
       "rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"

@@ -19,7 +19,6 @@
 #include "sim/log/pose_table.h"
 #include "sim/measure/metrics_text.h"
 #include "sim/measure/motion.h"
-#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -46,8 +45,7 @@ struct MeasureOptions {
 
 /// Returns the usual settings, with those of the command line.
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
-  Settings settings = usual_settings(scene, algorithm);
-  options.solver.apply_to(settings);
+  Settings settings = options.solver.settings(scene, algorithm);
   // Leave out the warm start of A1, which would be refused there.
   for (const SettingsField& field : settings_fields) {
     if (field.can_be_left_out && is_of_report(field.first) && !field.is_read_by(algorithm))

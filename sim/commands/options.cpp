@@ -111,11 +111,16 @@ void SolverOptions::apply_to(Settings& settings) const {
   }
 }
 
+Settings SolverOptions::settings(const Scene& scene, Algorithm algorithm) const {
+  Settings settings = usual_settings(scene, algorithm);
+  apply_to(settings);
+  return settings;
+}
+
 Settings SolverOptions::settings(const Scene& scene) const {
   Settings typed;
   apply_to(typed);
-  Settings result = usual_settings(scene, typed.algorithm);
-  apply_to(result);
+  const Settings result = settings(scene, typed.algorithm);
   check(result);
   if (step_ && result.step > longest_usual_step) {
     fmt::print(stderr, "substep: note: --step {} is a step of {:g} s: sixty steps a second are --step 1/60\n",

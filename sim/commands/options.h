@@ -46,12 +46,10 @@ class SolverOptions {
 
   /// Returns true where the field was typed. Throws Error where --set cannot be read.
   bool has(std::string_view field) const;
-  /// Sets the typed fields without checking ranges. Throws Error for a value that cannot be read, and for a
-  /// field that is given twice.
-  void apply_to(Settings& settings) const;
-
-  /// Returns the algorithm's defaults and the scene's step with the typed settings. Throws Error naming a
-  /// value that cannot be used.
+  /// Returns the algorithm's defaults and the scene's step with the typed settings, without checking ranges.
+  /// Throws Error for a value that cannot be read, and for a field that is given twice.
+  Settings settings(const Scene& scene, Algorithm algorithm) const;
+  /// Returns the settings of the typed algorithm. Throws Error naming a value that cannot be used.
   Settings settings(const Scene& scene) const;
   double seconds(const Scene& scene) const;
   /// Returns the number of steps of the duration. Throws Error above ten million.
@@ -60,6 +58,7 @@ class SolverOptions {
  private:
   TypedSettings in_set() const;
   bool is_in_set(std::string_view field) const;
+  void apply_to(Settings& settings) const;
 
   std::optional<std::string> algorithm_, step_, substeps_;
   std::vector<std::string> set_;

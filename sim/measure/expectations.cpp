@@ -139,10 +139,9 @@ class QuantityOfBody {
   Vector3 sideways_;
   double energy_ = 0;
   Momentum momentum_;
-  // Of the last state:
-  double angle_ = 0;
-  double time_ = 0;
-  double squared_arm_ = 0;
+  double angle_ = 0;        // rad, at the last state
+  double time_ = 0;         // s, of the last state
+  double squared_arm_ = 0;  // m², at the last state
   std::optional<JointGapMeter> gap_;
 };
 
