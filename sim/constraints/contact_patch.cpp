@@ -163,6 +163,20 @@ bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, P
   return true;
 }
 
+/// Moves the arms of a tilted patch along the normal to its least gap, where the bodies touch and friction
+/// acts. At the mean gap friction would turn the bodies by another lever.
+void lower_to_touch(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
+  const auto lowest = std::min_element(points.gap, points.gap + count) - points.gap;
+  const double lower = points.gap[lowest] - points.mean_gap;
+  if (!(lower < -flatness * points.radius)) return;
+  const auto move = [](const Vector3& normal, const Vector3& to, Vector3& arm) {
+    arm += normal.dot(to - arm) * normal;
+  };
+  move(shape.axes_in_a.col(0), contacts[lowest].arm_a, shape.arm_a);
+  move(shape.axes_in_b.col(0), contacts[lowest].arm_b, shape.arm_b);
+  shape.left[0] -= lower;
+}
+
 /// Sums the points' forces up to one wrench at the patch's centre.
 void add_forces(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
   for (int i = 0; i < count; ++i) {
@@ -182,6 +196,7 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   PatchShape shape = start_shape(contacts, count, a, b);
   const PatchPoints points = measure_points(contacts, count, shape);
   if (!fit_planes(contacts, count, points, shape)) return std::nullopt;
+  lower_to_touch(contacts, count, points, shape);
   add_forces(contacts, count, points, shape);
   set_patch_corners(count, collinear * points.radius, points.position, shape);
   if (shape.corners < 2) return std::nullopt;
