@@ -20,6 +20,10 @@ namespace substep {
 /// as displacement, by up to a sixth of the squared angle.
 inline constexpr double same_place = 0.02;
 
+/// Least cosines of the angle between directions of one face that is tilted a little, and between equal ones.
+inline constexpr double cosine_of_tilt = 0.999;
+inline constexpr double same_direction = 1 - 1e-12;
+
 /// Gap at which shapes touch, relative to the smaller.
 inline constexpr double touching = 2e-4;
 
@@ -152,7 +156,8 @@ class ContactFinder {
   void drop_flush();
   void remove_dropped();
   bool is_flush(int collider, const Group& floor, const Group& other) const;
-  std::optional<Vector3> face_towards(std::uint32_t collider, const Vector3& direction, double cosine) const;
+  std::optional<Vector3> face_towards(std::uint32_t collider, const Quaternion& orientation,
+                                      const Vector3& direction, double cosine) const;
   double recovered(const Contact& contact) const;
   void set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b, Contact& contact) const;
   void list_remembered();

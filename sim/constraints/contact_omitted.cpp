@@ -11,9 +11,6 @@
 namespace substep {
 namespace {
 
-/// Least cosine of the angle between directions of one face that is tilted a little.
-constexpr double cosine_of_tilt = 0.999;
-
 /// Depth below another face's plane at which a face is flush with it, relative to the smaller shape.
 constexpr double flush = 1e-4;
 
@@ -113,11 +110,10 @@ void ContactFinder::remove_dropped() {
 }
 
 /// Returns the normal of a collider's face in a direction, to an angle with that cosine, or nothing.
-std::optional<Vector3> ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction,
-                                                   double cosine) const {
+std::optional<Vector3> ContactFinder::face_towards(std::uint32_t collider, const Quaternion& orientation,
+                                                   const Vector3& direction, double cosine) const {
   const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
   if (!polytope) return std::nullopt;
-  const Quaternion& orientation = poses_[collider].orientation;
   const Vector3 local = orientation.conjugate() * direction;
   for (const Vector3& normal : polytope->face_normals) {
     if (normal.dot(local) > cosine) return orientation * normal;
@@ -134,14 +130,17 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   // Take the normal of the floor's own face, since a body on it may tilt a little.
   const int under = floor.colliders[is_a ? 1 : 0];
   const Vector3 floor_up = (is_a ? 1 : -1) * floor.normal;
-  const Vector3 up = face_towards(under, floor_up, cosine_of_tilt).value_or(floor_up);
+  const Vector3 up =
+      face_towards(under, poses_[under].orientation, floor_up, cosine_of_tilt).value_or(floor_up);
   const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
   // Keep a face that the body stands on; only edges and sides can be inside the floor.
   constexpr int corners_of_face = 3;
   const auto is_of_face = [&](int of, const Vector3& normal) {
-    return face_towards(of, normal, 1 - 1e-12) || face_towards(of, -normal, 1 - 1e-12);
+    const Quaternion& turned = poses_[of].orientation;
+    return face_towards(of, turned, normal, same_direction) ||
+           face_towards(of, turned, -normal, same_direction);
   };
   if (cosine > cosine_of_tilt &&
       (other.points >= corners_of_face || is_of_face(below, other_up) || is_of_face(collider, other_up))) {

@@ -156,9 +156,14 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     contact.meets_in = pair.formulated;
     contact.arm_a = pair.to_a * arm_a;
     contact.arm_b = pair.to_b * arm_b;
+    const Pose pose_a = pair.body_a * candidates_[a].collider->placement;
+    const Pose pose_b = pair.body_b * candidates_[b].collider->placement;
     if (candidates_[a].curved || candidates_[b].curved) {
-      set_rolling(point, pair.body_a * candidates_[a].collider->placement,
-                  pair.body_b * candidates_[b].collider->placement, contact);
+      set_rolling(point, pose_a, pose_b, contact);
+    } else if (reformulates_ && std::holds_alternative<Polytope>(candidates_[b].collider->shape)) {
+      // Let the normal turn with a where a's face meets an edge or corner of b.
+      contact.turns_with_a = face_towards(a, pose_a.orientation, -point.normal, same_direction) &&
+                             !face_towards(b, pose_b.orientation, point.normal, cosine_of_tilt);
     }
     if (!aligned_ && i > 0 && points_[i - 1].normal == point.normal) {
       const Contact& before = *std::prev(contacts_.end(), 2);
@@ -190,7 +195,8 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
 void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity,
                                double slip_speed, Contact& contact) {
   const double restitution = pair.material.restitution;
-  contact.resting_acceleration = 2 * pair.acceleration.norm();
+  // Exceed two sub-steps' fall from rest by more than rounding, which would decide whether it bounces.
+  contact.resting_acceleration = (2 + 1e-9) * pair.acceleration.norm();
   contact.acceleration = -point.normal.dot(pair.acceleration);
   // Give no impact to bodies that do not approach at the start of the step, though others may press them
   // together: the law of impact holds for all contacts of a step at once.

@@ -136,8 +136,8 @@ double closing_speed(const MovingShape& a, const MovingShape& b, const Vector3& 
 template <class SeparationAt>
 std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double duration, double tolerance,
                               SeparationAt separation_at) {
-  // A miss by a thousandth of the size at a turn of 1 rad takes about 70 advances.
-  constexpr int most_advances = 400;
+  // A turning shape that misses by a fraction x of its reach takes about π/√x advances.
+  constexpr int most_advances = 4000;
   double time = 0;
   Vector3 normal = Vector3::Zero();
   for (int i = 0; i < most_advances; ++i) {

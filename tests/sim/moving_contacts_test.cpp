@@ -141,13 +141,13 @@ Trial draw_fly_past(Random& random) {
       }};
 }
 
-/// Draws a blade that spins in place: its corners pass a post or a plane at a clearance.
+/// Draws a blade that spins in place: its corners pass a post, a plane or a free box at a clearance.
 Trial draw_blade(Random& random) {
   const double length = random.between(0.3, 1.5);
   const double width = random.between(0.02, 0.1);
   const Vector3 size(length, random.between(0.2, 1) * width,
                      width);  // it turns about its largest moment of inertia
-  const double clearance = random.spread(0.001, 0.2);
+  const double clearance = random.spread(1e-4, 0.2);
   const double spin = random.between(5, 50);
   const double mass = random.spread(0.3, 3);
   const double circle = 0.5 * std::hypot(length, width);
@@ -157,20 +157,23 @@ Trial draw_blade(Random& random) {
   const Quaternion phase = rotation_quaternion({0, random.between(0, 3), 0});
   add_body(scene, box_of(size),
            {{Vector3::Zero(), turn * phase}, Vector3::Zero(), turn * Vector3(0, spin, 0)}, substance);
-  const int kind = random.below(3);
+  const int kind = random.below(4);
   const double post = random.between(0.02, 0.2);
   const double near = -circle - clearance;
   if (kind == 0) {
     add_static_plane(scene, {turn * Vector3(0, 0, near), turn * rotation_quaternion({pi / 2, 0, 0})},
                      substance);
+  } else if (kind == 3) {
+    add_body(scene, box_of(Vector3::Constant(2 * post)), {{turn * Vector3(0, 0, near - post), turn}},
+             substance);
   } else {
     add_static(scene, kind == 1 ? cylinder(0.5, post, post) : capsule(0.5, post),
                {turn * Vector3(0, 0, near - post), turn}, substance);
   }
-  constexpr std::array kinds{"plane", "post", "round post"};
+  constexpr std::array kinds{"plane", "post", "round post", "free box"};
   return largest_of(fmt::format("blade of {:.2f} m at {:.1f} rad/s, {:.4f} m clear of a {}, e {}", length,
                                 spin, clearance, kinds[kind], substance.restitution),
-                    scene, 1, change_of_motion(scene, {circle}, spin * circle, Vector3::Zero()));
+                    scene, 1, change_of_motion(scene, {circle, post}, spin * circle, Vector3::Zero()));
 }
 
 /// Draws a body that slides on a floor without friction past a post or a block, as on a pinball table. Only
@@ -211,12 +214,14 @@ Trial draw_pinball(Random& random) {
 }
 
 /// Draws a box or a cylinder that flies past the edge of a still box or mesh, along the plane of its face or
-/// beside that plane.
+/// beside that plane. Half of them start a step just before the edge.
 Trial draw_flush_passage(Random& random) {
   const Vector3 size(random.between(0.05, 0.5), random.between(0.05, 0.5), random.between(0.05, 0.5));
   const double gap = random.one_of({0.0, 1e-9, 1e-7, 1e-5}) * size.x();
   const double speed = random.spread(0.5, 30);
-  const double meeting = random.between(0.05, 0.25);
+  const double before = 1e-4 * size.x() * random.between(0, 1);
+  const double meeting =
+      random.flip() ? random.between(0.05, 0.25) : (3 + random.below(10)) / 60.0 + before / speed;
   const Quaternion turn = random.orientation();
   const Substance substance{1, box_moments(1, size), random.one_of({0.0, 0.5, 0.95}), 0.6};
   Scene scene = weightless_scene();
