@@ -1,4 +1,5 @@
-// The geometric stiffness of taut joints, which makes light bodies stiff in the transverse direction.
+// The geometric stiffness of taut joints, which makes light bodies stiff in the transverse direction, and the
+// energy of springs.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -73,6 +74,21 @@ double frequency_at_rest(const Model& model, const std::vector<Contact>& contact
     frequency = std::max(frequency, transverse_frequency(problem, h, 0, stiffness));
   }
   return frequency;
+}
+
+double energy_of_springs(const Model& model, const std::vector<Coordinates>& q) {
+  double energy = 0;
+  for (const Limit& limit : model.limits) {
+    if (!limit.soft) continue;
+    const double beyond = value_of(limit.coordinate, limit.at, q) - limit.bound;
+    const bool is_held = limit.side == Limit::Side::both || (limit.side == Limit::Side::high) == (beyond > 0);
+    if (is_held) energy += limit.stiffness * beyond * beyond / 2;
+  }
+  for (const Drive& drive : model.drives) {
+    const double off = value_of(drive.coordinate, drive.at, q) - drive.position_target;
+    if (!drive.per_mass) energy += drive.stiffness * off * off / 2;
+  }
+  return energy;
 }
 
 }  // namespace substep

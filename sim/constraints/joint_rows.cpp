@@ -3,12 +3,16 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "sim/constraints/formulate.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
+
+using std::numbers::pi;
 
 /// Sets a row's angular parts from ᵣJ̆ᵀ in the bodies' frames, and 1/Γ.
 [[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Vector3& local_a,
@@ -137,14 +141,29 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
       const double squared = q.w() * q.w() + k * k;
       if (squared == 0) return about(0, axis_b);
       const Vector3 axis = (q.w() * q.w() * unit + q.w() * v.cross(unit) + k * v) / squared;
-      return about(2 * angle_of(k, q.w()), f.axes_b * axis);
+      double angle = 2 * angle_of(k, q.w());
+      if (angle - coordinate.middle > pi) angle -= 2 * pi;
+      if (angle - coordinate.middle < -pi) angle += 2 * pi;
+      return about(angle, f.axes_b * axis);
     }
-    case Kind::cone: {
+    case Kind::cone:
+    case Kind::sway: {
       const Vector3 axis_a = f.axes_a.col(coordinate.axis);
       const Vector3 cross = axis_b.cross(axis_a);
       const double sine = cross.norm();
-      return about(angle_of(sine, axis_a.dot(axis_b)), sine > 0 ? Vector3(cross / sine) : across_b);
+      const double angle = angle_of(sine, axis_a.dot(axis_b));
+      const Vector3 normal = sine > 0 ? Vector3(cross / sine) : across_b;
+      if (coordinate.kind == Kind::cone) return about(angle, normal);
+      // Half the square of the angle φ curves by φ/sin φ (ω · n × axis_a)(ω · n × axis_b). Square the mean of
+      // both factors: it exceeds their product, so that a spring gains no energy.
+      return about(0, std::sqrt(sine > 0 ? angle / sine : 1) / 2 * normal.cross(axis_a + axis_b));
     }
+    case Kind::offset: {
+      const Vector3 axis = Vector3::Unit(coordinate.axis);
+      return {f.offset[coordinate.axis], axis, f.arm_a.cross(axis), axis.cross(f.arm_b)};
+    }
+    case Kind::rotation_vector:
+      return about(rotation_vector(relative_rotation(f))[coordinate.axis], axis_b);
     case Kind::turn:
       break;
   }
@@ -297,21 +316,6 @@ double value_of(const JointCoordinate& coordinate, const Attachment& at, const s
   return measure(coordinate, frames_of(at, {q[at.a], q[at.b], rotation_a, rotation_b})).value;
 }
 
-double energy_of_springs(const Model& model, const std::vector<Coordinates>& q) {
-  double energy = 0;
-  for (const Limit& limit : model.limits) {
-    if (!limit.soft) continue;
-    const double beyond = value_of(limit.coordinate, limit.at, q) - limit.bound;
-    const bool is_held = limit.side == Limit::Side::both || (limit.side == Limit::Side::high) == (beyond > 0);
-    if (is_held) energy += limit.stiffness * beyond * beyond / 2;
-  }
-  for (const Drive& drive : model.drives) {
-    const double off = value_of(drive.coordinate, drive.at, q) - drive.position_target;
-    if (!drive.per_mass) energy += drive.stiffness * off * off / 2;
-  }
-  return energy;
-}
-
 void formulate_block(Problem& problem, Block& x, const BlockCoordinates& at, double hs) {
   switch (x.kind) {
     case Block::Kind::lock:
@@ -365,8 +369,10 @@ void build_blocks(Problem& problem, Joints joints) {
     const Limit& limit = model.limits[i];
     // A distance that is both bounds is the report's stiff spring, which is stable. The report does not list
     // other two-sided limits; a slot that rotates with its body has a larger error in A5 with more sub-steps.
+    using Kind = JointCoordinate::Kind;
+    const Kind kind = limit.coordinate.kind;
     const bool is_stiff_spring =
-        limit.side == Limit::Side::both && limit.coordinate.kind == JointCoordinate::Kind::distance;
+        limit.side == Limit::Side::both && (kind == Kind::distance || kind == Kind::offset);
     add(Block::Kind::limit, 1, 0, limit.at, i).stable = joints == Joints::stable && is_stiff_spring;
   }
   for (std::size_t i = 0; i < model.drives.size(); ++i) add(Block::Kind::drive, 1, 0, model.drives[i].at, i);

@@ -149,16 +149,24 @@ Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value
   return force;
 }
 
+/// Returns a row's penalty. A spring or damper at its limit has the penalty that gives its force at C: with
+/// its full stiffness, which its force does not have, the body would hardly move, and with none it would
+/// overshoot.
+double penalty_at(const AvbdRow& row, double force, double value) {
+  const bool yields = row.stiffness < infinity && (force == row.low || force == row.high) && value != 0;
+  return yields ? std::abs(force / value) : row.penalty;
+}
+
 /// Adds a block's penalties and forces to a body's system.
-void add_to_system(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, const Impulse& force,
-                   int body, Matrix6& lhs, Vector6& rhs) {
+void add_to_system(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, const Impulse& value,
+                   const Impulse& force, int body, Matrix6& lhs, Vector6& rhs) {
   const double sign = body == x.a ? 1 : -1;
   Vector3 push = Vector3::Zero();
   for (int k = 0; k < x.rows; ++k) {
     const AvbdRow& row = work.rows[x.first + k];
     Vector6 j;
     j << sign * row.j.linear, (body == x.a ? row.j.angular_a : row.j.angular_b);
-    lhs += (row.penalty * j) * j.transpose();
+    lhs += (penalty_at(row, force[k], value[k]) * j) * j.transpose();
     rhs += force[k] * j;
     push += sign * force[k] * row.j.linear;
   }
@@ -231,8 +239,8 @@ void update_body(int i, double h, Problem& problem, std::vector<Coordinates>& q,
   rhs.array() *= -lhs.diagonal().array();
   for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {
     const AvbdBlock& x = work.blocks[work.blocks_of[k]];
-    const Impulse force = forces_of(work, x, update(problem, q, h, work, x));
-    add_to_system(problem, work, x, force, i, lhs, rhs);  // (13), (17)
+    const Impulse value = update(problem, q, h, work, x);
+    add_to_system(problem, work, x, value, forces_of(work, x, value), i, lhs, rhs);  // (13), (17)
   }
   const Vector6 change = lhs.llt().solve(rhs);
   q[i].linear += change.head<3>();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/error.h"
 #include "sim/geometry/round_shapes.h"
@@ -108,9 +109,12 @@ void check(const Scene& scene) {
 
 JointCoordinate coordinate_of(const JointLimit& limit) {
   using Kind = JointCoordinate::Kind;
+  // Bounds beyond half a turn, up to rounding, have no effect.
+  const bool is_bounded = std::max(-limit.min, limit.max) < std::numbers::pi + 1e-5;
+  const double middle = is_bounded ? (limit.min + limit.max) / 2 : 0;
   switch (count(limit.axes)) {
     case 1:
-      return {limit.angular ? Kind::twist : Kind::position, first(limit.axes, true)};
+      return {limit.angular ? Kind::twist : Kind::position, first(limit.axes, true), middle};
     case 2:
       return {limit.angular ? Kind::cone : Kind::radius, first(limit.axes, false)};
     default:
@@ -119,16 +123,31 @@ JointCoordinate coordinate_of(const JointLimit& limit) {
 }
 
 void add_limit(const JointLimit& limit, const Attachment& at, Model& model) {
-  const JointCoordinate coordinate = coordinate_of(limit);
   const bool soft = limit.stiffness.has_value();
   const double stiffness = limit.stiffness.value_or(0);
   // A spring of no stiffness and no damping does nothing.
   if (soft && stiffness == 0 && limit.damping == 0) return;
+  JointCoordinate coordinate = coordinate_of(limit);
   const auto add = [&](Limit::Side side, double bound) {
     model.limits.push_back({at, coordinate, side, bound, soft, stiffness, limit.damping});
   };
-  using Kind = JointCoordinate::Kind;
-  const bool is_non_negative = coordinate.kind != Kind::position && coordinate.kind != Kind::twist;
+  const int axes = count(limit.axes);
+  const bool is_non_negative = axes > 1;
+  if (soft && is_non_negative && limit.max <= 0) {
+    // One row would cease to act once the frames pass each other within a step.
+    using Kind = JointCoordinate::Kind;
+    if (coordinate.kind == Kind::cone) {
+      add(Limit::Side::both, 0);
+      coordinate.kind = Kind::sway;
+      add(Limit::Side::both, 0);
+      return;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      coordinate = {axes == 2 ? Kind::position : limit.angular ? Kind::rotation_vector : Kind::offset, axis};
+      if (limit.axes[axis]) add(Limit::Side::both, 0);
+    }
+    return;
+  }
   if (limit.min == limit.max) {
     add(is_non_negative && limit.max <= 0 ? Limit::Side::high : Limit::Side::both, limit.max);
     return;
@@ -157,7 +176,7 @@ void add_joint(const Joint& joint, Model& model) {
   for (const JointDrive& drive : joint.drives) {
     const auto kind = drive.angular ? JointCoordinate::Kind::twist : JointCoordinate::Kind::position;
     model.drives.push_back({at,
-                            {kind, drive.axis},
+                            {kind, drive.axis, drive.position_target},
                             drive.position_target,
                             drive.velocity_target,
                             drive.stiffness,

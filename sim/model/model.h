@@ -4,7 +4,8 @@
 /// Kinds of rows; two-sided ones can be 'stable' (Settings::joints):
 /// - Lock: position-level, two-sided, in blocks; can be stable.
 /// - Limit: position-level, one-sided; two-sided where both bounds are equal, and then stable if a distance.
-/// - Limit, soft: an implicit spring, between position- and velocity-level.
+/// - Limit, soft: an implicit spring, between position- and velocity-level; one row per axis where its bound
+///   of several axes is 0.
 /// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
 /// - Contact: position-level, one-sided; velocity-level in the sub-step in which it bounces.
 /// - Friction: position-level while it holds, velocity-level where it slides; within μ × normal impulse.
@@ -63,9 +64,14 @@ struct JointCoordinate {
     twist,     ///< angle of a about an axis of b, rad
     cone,      ///< angle between an axis of a and that of b, rad
     turn,      ///< angle of the whole rotation from b to a, rad
+    // Of springs with rest length 0. Their directions stay defined where a's frame passes through b's.
+    offset,           ///< of a's origin from b's along an axis of the world, m
+    rotation_vector,  ///< component along an axis of b of the rotation vector from b to a, rad
+    sway,             ///< across the plane in which `cone` opens: 0 rad, and its rate
   };
   Kind kind;
-  int axis = 0;  ///< position, twist: along or about it; radius, cone: the axis that is measured from
+  int axis = 0;       ///< radius, cone, sway: the axis that is measured from; else along or about it
+  double middle = 0;  ///< twist: the angle lies within ±π of it
 };
 
 /// A bound of a coordinate: a position-level row, one-sided, or two-sided where both bounds are the same.

@@ -6,6 +6,7 @@
 
 #include "sim/math/floating_point.h"
 #include "sim/math/fnv1a.h"
+#include "sim/model/model.h"
 
 namespace substep {
 namespace {
@@ -70,20 +71,20 @@ std::uint64_t hash(const State& state) {
   return result.hash;
 }
 
-bool is_finite(const State& state, int* body) {
-  // Test the world last: an impulse that is not finite reaches it along with the diverged body.
-  for (std::size_t k = 1; k <= state.q.size(); ++k) {
-    const std::size_t i = k % state.q.size();
+bool is_finite(const State& state, int* body, const Model* model) {
+  int first = -1;
+  for (int i = 0; i < std::ssize(state.q); ++i) {
     const Coordinates& q = state.q[i];
     const Velocity& v = state.v[i];
     // Test the sum: it is finite only if its terms are. An overflow counts as not finite, too.
     const double sum = q.linear.sum() + q.angular.coeffs().sum() + v.linear.sum() + v.angular.sum();
-    if (!std::isfinite(sum)) {
-      if (body) *body = static_cast<int>(i);
-      return false;
-    }
+    if (std::isfinite(sum)) continue;
+    const bool is_moved = !model || moves(model->masses[i]);
+    if (first < 0 || is_moved) first = i;
+    if (is_moved) break;
   }
-  return true;
+  if (first >= 0 && body) *body = first;
+  return first < 0;
 }
 
 }  // namespace substep

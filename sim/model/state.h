@@ -10,6 +10,8 @@
 
 namespace substep {
 
+struct Model;
+
 /// q of one body: centre of mass in the world, unit quaternion body frame → world.
 struct Coordinates {
   Vector3 linear = Vector3::Zero();
@@ -69,8 +71,10 @@ State initial_state(const Scene& scene);
 /// 0.
 std::uint64_t hash(const State& state);
 
-/// Returns true if every number is finite; else sets `body` to the first body with one that is not.
-bool is_finite(const State& state, int* body = nullptr);
+/// Returns true if every number is finite; else sets `body` to the first body with one that is not. Bodies
+/// that `model` says nothing moves come last: an impulse that is not finite reaches them along with the
+/// diverged body.
+bool is_finite(const State& state, int* body = nullptr, const Model* model = nullptr);
 
 // Sums of velocities, body by body. Both arguments have the same number of bodies.
 

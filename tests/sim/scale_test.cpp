@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/model/model.h"
 #include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 #include "tests/scene_files.h"
@@ -121,6 +122,18 @@ INSTANTIATE_TEST_SUITE_P(Library, ScaledScene,
                                          "near_miss", "overlap", "ragdoll", "rattleback", "rod_chain",
                                          "seams", "struck", "turntable", "wrecking_ball"),
                          [](const auto& name) { return std::string(name.param); });
+
+TEST(Divergence, NamesBodyThatMoves) {
+  Scene scene = test::empty_scene();
+  scene.bodies.emplace_back();  // kinematic
+  test::add_body(scene, 1, Vector3::Ones());
+  State state = initial_state(scene);
+  for (Velocity& v : state.v) v.linear.x() = infinity;
+  const Model model = build_model(scene);
+  int body = 0;
+  EXPECT_FALSE(is_finite(state, &body, &model));
+  EXPECT_EQ(body, 2);
+}
 
 }  // namespace
 }  // namespace substep

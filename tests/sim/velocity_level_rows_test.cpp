@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "sim/constraints/formulate.h"
+#include "sim/measure/invariants.h"
+#include "sim/model/model.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -176,6 +180,83 @@ TEST(Motor, BrakesByForceLimitThenHolds) {
       EXPECT_NEAR(speed, expected, t > 0.9 || expected > 0.6 ? 1e-12 : 2e-5) << label(settings);
     }
   });
+}
+
+// The brake's full damping, 1e9 N·s/m, does not hold the body back while its force is at its limit.
+TEST(Motor, BrakesByForceLimitInAvbd) {
+  Scene scene = jointed_body(2);
+  drive_free_axis(scene, {.max_force = 2, .damping = 1e9});
+  const Vector3 along = tilt * Vector3(1, 0, 0);
+  scene.bodies[1].linear_velocity = 3 * along;
+  Simulation simulation(scene, default_settings(Algorithm::avbd));
+  for (int i = 1; i <= 300; ++i) {
+    simulation.step();
+    const double speed = simulation.state().v[1].linear.dot(along);
+    EXPECT_NEAR(speed, std::max(0.0, 3 - i / 60.0), 0.003) << i;  // measured 0.0015 at 3 s
+  }
+}
+
+// The body circles and swings about rest length 0, over two and three axes.
+TEST(Spring, GainsNoEnergyAtRestLengthZero) {
+  for (const auto& [angular, all] :
+       {std::pair(false, false), std::pair(false, true), std::pair(true, false), std::pair(true, true)}) {
+    Scene scene = jointed_body(1);
+    JointLimit spring = test::locked(angular, {true, true, all});
+    spring.stiffness = 400;
+    scene.joints[0].limits = {spring};
+    Body& body = scene.bodies[1];
+    if (angular) {
+      scene.joints[0].limits.push_back(test::locked(false, test::all_axes));
+      body.pose.orientation = tilt * rotation_quaternion({0, 0.2, 0});
+      body.angular_velocity = tilt * Vector3(8, 0, 0);
+    } else {
+      body.pose.position += tilt * Vector3(0, 0.2, 0);
+      body.linear_velocity = tilt * Vector3(8, 0, 0);
+    }
+    const Model model = build_model(scene);
+    const State start = initial_state(scene);
+    const double most = (energy(scene, start) + energy_of_springs(model, start.q)) * (1 + 1e-12);
+    for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+      for (const int n : {1, 10, 50, 200}) {
+        Simulation simulation(scene, test::sub_stepped(algorithm, n, 1, 1));
+        for (int i = 0; i < 300; ++i) {
+          simulation.step();
+          const State& state = simulation.state();
+          ASSERT_LE(energy(scene, state) + energy_of_springs(model, state.q), most)
+              << name(algorithm) << ' ' << n << ' ' << angular << ' ' << all;
+        }
+      }
+    }
+  }
+}
+
+// The servo overshoots half a turn.
+TEST(Servo, RestsAtTargetNearHalfATurn) {
+  for (const double target : {2.5, test::pi}) {
+    Scene scene = jointed_body(1);
+    scene.bodies[1].inverse_inertia.setOnes();
+    drive_free_axis(scene,
+                    {.angular = true, .axis = 2, .position_target = target, .stiffness = 100, .damping = 2});
+    for (const Algorithm algorithm : test::all_algorithms) {
+      const State state = test::run(scene, test::sub_stepped(algorithm, 10, 1, 1, Joints::plain), 10);
+      const Quaternion rest = tilt * rotation_quaternion({0, 0, target});
+      EXPECT_LT(state.q[1].angular.angularDistance(rest), 1e-4) << name(algorithm);  // measured 1.7e-5
+      EXPECT_LT(state.v[1].angular.norm(), 2e-3) << name(algorithm);                 // measured 6e-4
+    }
+  }
+}
+
+TEST(Limit, HoldsHalfATurn) {
+  Scene scene = jointed_body(1);
+  free_axis(scene, true);
+  scene.joints[0].limits.push_back(test::range(true, {false, false, true}, test::pi, test::pi));
+  scene.bodies[1].pose.orientation = tilt * rotation_quaternion({0, 0, test::pi});
+  scene.bodies[1].angular_velocity = tilt * Vector3(0, 0, 0.5);
+  for (const Algorithm algorithm : test::all_algorithms) {
+    const State state = test::run(scene, test::sub_stepped(algorithm, 10, 1, 1, Joints::plain), 1);
+    EXPECT_LT(state.q[1].angular.angularDistance(scene.bodies[1].pose.orientation), 1e-7) << name(algorithm);
+    EXPECT_LT(state.v[1].angular.norm(), 1e-9) << name(algorithm);  // measured 3e-14
+  }
 }
 
 }  // namespace
