@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "sim/error.h"
@@ -131,6 +132,38 @@ std::vector<double> distances_outside(const Polytope& hull, std::span<const Vect
   return distances;
 }
 
+/// Returns true where a connected part of a closed mesh, with a volume of the other sign than `volume`, the
+/// whole's, is no cavity: it does not lie in the bounds of a part with a volume of that sign.
+bool has_inward_part(std::span<const Vector3> points, std::span<const Triangle> triangles, double volume) {
+  struct Part {
+    double fraction = 0;  // of the whole's volume
+    Bounds bounds;
+  };
+  std::vector<std::uint32_t> joined = welded(points);  // to a vertex of the same part, itself for the first
+  const auto first = [&](std::uint32_t vertex) {
+    while (joined[vertex] != vertex) vertex = joined[vertex] = joined[joined[vertex]];
+    return vertex;
+  };
+  for (const auto& [a, b, c] : triangles) {
+    for (const std::uint32_t corner : {b, c}) {
+      const auto [lesser, greater] = std::minmax({first(a), first(corner)});
+      joined[greater] = lesser;
+    }
+  }
+  std::map<std::uint32_t, Part> parts;
+  for (const Triangle& triangle : triangles) {
+    Part& part = parts[first(triangle[0])];
+    for (const std::uint32_t corner : triangle) part.bounds.extend(points[corner]);
+    const auto from_first = [&](int corner) -> Vector3 { return points[triangle[corner]] - points[0]; };
+    part.fraction += from_first(0).dot(from_first(1).cross(from_first(2))) / (6 * volume);
+  }
+  return std::ranges::any_of(parts, [&](const auto& inner) {
+    return inner.second.fraction < -least_filled && std::ranges::none_of(parts, [&](const auto& outer) {
+             return outer.second.fraction > 0 && outer.second.bounds.contains(inner.second.bounds);
+           });
+  });
+}
+
 }  // namespace
 
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
@@ -216,6 +249,7 @@ std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
                                              std::span<const Triangle> triangles) {
   if (!is_closed(points, triangles)) return std::nullopt;
   MassProperties solid = mass_properties(points, triangles);
+  if (has_inward_part(points, triangles, solid.mass)) return MassProperties{};
   if (solid.mass < 0) {  // inside out
     solid.mass = -solid.mass;
     solid.inertia = -solid.inertia;

@@ -40,7 +40,7 @@ inline double most_filled(const SimplifiedHull& hull) {
 }
 
 /// Returns the mass properties, at unit density, of the solid that triangles enclose, also where they are
-/// inside out; nothing where they are not closed.
+/// inside out; nothing where they are not closed, and mass 0 where a connected part alone faces inwards.
 std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
                                              std::span<const Triangle> triangles);
 

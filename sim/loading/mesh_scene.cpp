@@ -74,17 +74,27 @@ class MeshSceneBuilder {
     scene_.surfaces = std::move(meshes.surfaces);
     scene_.images = std::move(meshes.images);
     scene_.warnings = std::move(meshes.warnings);
-    for (MeshObject& object : meshes.objects) add_solid(object);
+    for (MeshObject& object : meshes.objects) {
+      try {
+        add_solid(object);
+      } catch (const Error& failure) {
+        if (solids_.empty() && &object == &meshes.objects.back())
+          throw Error("{}: {}", file_, failure.what());
+        scene_.warnings.push_back(fmt::format("{}; it is left out", failure.what()));
+      }
+    }
     if (solids_.size() * static_cast<std::size_t>(options.copies) > most_bodies) {
       throw Error("{}: {} meshes in {} copies are more than {} bodies, the most that are made", file_,
                   solids_.size(), options.copies, most_bodies);
     }
     const double size = bounds(Quaternion::Identity()).sizes().maxCoeff();
-    if (size > 20 || size < 0.01) {
+    const std::string extension = lower_extension(file);
+    const bool states_unit = extension == ".3mf" || extension == ".amf" || extension == ".fbx";
+    if (size > 20 || size < 0.01 || (states_unit && options.scale == 1)) {
       scene_.warnings.push_back(fmt::format(
-          "it is {:.3g} m large: where its unit is not the metre, say how many metres one is, such as "
+          "it is {:.3g} m large: where its unit{} is not the metre, say how many metres one is, such as "
           "--scale 0.001",
-          size));
+          size, states_unit ? ", which is not read," : ""));
     }
   }
 
@@ -144,19 +154,15 @@ class MeshSceneBuilder {
   void add_solid(MeshObject& object) {
     Solid solid;
     solid.body.name = names_.add(object.name);
-    solid.first_mesh = static_cast<int>(scene_.meshes.size());
-    solid.meshes = static_cast<int>(object.meshes.size());
-    const std::string where = fmt::format("{}: mesh '{}'", file_, object.name);
+    const std::string where = fmt::format("mesh '{}'", object.name);
     std::vector<Vector3> positions;
     std::vector<Triangle> triangles;
-    for (Mesh& mesh : object.meshes) {
+    for (const Mesh& mesh : object.meshes) {
       const auto first = static_cast<std::uint32_t>(positions.size());
       for (const Vector3& position : mesh.positions) positions.push_back(options_.scale * position);
       for (const Triangle& triangle : mesh.triangles) {
         triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
       }
-      mesh.name = object.name;
-      scene_.meshes.push_back(with_normals(std::move(mesh), Shading::creased));
     }
     // Ignore vertices that no triangle uses.
     std::vector<Vector3> corners;
@@ -167,6 +173,12 @@ class MeshSceneBuilder {
     solid.hull = std::move(simplified.hull);
     if (!simplified.warning.empty()) warn(solid, "{}", simplified.warning);
     set_mass(solid, enclosed_solid(positions, triangles), most_filled(simplified), where);
+    solid.first_mesh = static_cast<int>(scene_.meshes.size());
+    solid.meshes = static_cast<int>(object.meshes.size());
+    for (Mesh& mesh : object.meshes) {
+      mesh.name = object.name;
+      scene_.meshes.push_back(with_normals(std::move(mesh), Shading::creased));
+    }
     solids_.push_back(std::move(solid));
   }
 
@@ -176,9 +188,13 @@ class MeshSceneBuilder {
     MassProperties properties = mass_properties(solid.hull);
     const double hull_volume = properties.mass;
     if (!exact) {
-      warn(solid, "is not closed, so its mass properties are those of its convex hull");
+      warn(solid,
+           "is not closed, or more than two triangles share an edge, so its mass properties are those of its "
+           "convex hull");
     } else if (!(exact->mass > least_filled * hull_volume && exact->mass <= most * hull_volume)) {
-      warn(solid, "cuts through itself, so its mass properties are those of its convex hull");
+      warn(solid,
+           "cuts through itself or has parts that face inwards, so its mass properties are those of its "
+           "convex hull");
     } else {
       properties = *exact;
       if (hull_volume > 1.01 * exact->mass) {

@@ -240,6 +240,9 @@ MotionProperties read_motion(const JsonValue& json) {
     }
   }
   json.read("inertiaOrientation", motion.inertia_orientation, &JsonValue::rotation);
+  if (!motion.inertia_diagonal && !motion.inertia_orientation.vec().isZero(0)) {
+    json.warn("inertiaOrientation has no effect without inertiaDiagonal");
+  }
   json.read("linearVelocity", motion.linear_velocity, &JsonValue::vector3);
   json.read("angularVelocity", motion.angular_velocity, &JsonValue::vector3);
   json.read("gravityFactor", motion.gravity_factor, &JsonValue::number);

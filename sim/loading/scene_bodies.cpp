@@ -74,6 +74,7 @@ void set_mass(Body& body, const MotionProperties& motion, const MassProperties& 
     // is then spread is not known.
     const PrincipalInertia principal = symmetric_principal_inertia(with_mass(shapes, mass).inertia);
     node_from_body.orientation = principal.orientation;
+    if (!principal.moments.allFinite()) place.fail("{}", out_of_range);
     if (body.inverse_mass > 0) body.inverse_inertia = principal.moments.cwiseInverse();
   } else if (body.inverse_mass > 0) {
     body.inverse_inertia.setConstant(1 / inertia_of_ball(mass));

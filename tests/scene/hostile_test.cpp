@@ -144,6 +144,7 @@ TEST(Refusal, RefusesPhysics) {
     /nodes/1/$/motion/mass = "heavy" | must be a number, but is a string
     /nodes/1/$/motion/mass = null | must be a number, but is null
     /nodes/1/$/motion/mass = 1e-320 | too large or too small | /nodes/1/$/motion
+    /nodes/1/$/motion/mass = 1e308; /#/1/box/size = [1, 2, 9] | too large or too small | /nodes/1/$/motion
     /nodes/1/$/motion/inertiaDiagonal = [1, 1, -1] | negative component
     /nodes/1/$/motion/inertiaOrientation = [1, 1, 1, 1] | its length is 2
     /nodes/1/$/motion/isKinematic = "yes" | must be true or false
@@ -358,6 +359,7 @@ TEST(Features, ReplacesUnsupportedWithWarning) {
         has neither 'mass' nor a collider to take it from: it gets 1 kg
     /nodes/4/$ = {"motion": {"mass": 2}} |
         has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water
+    /nodes/1/$/motion/inertiaOrientation = [0, 1, 0, 0] | inertiaOrientation has no effect without
     /$/physicsJoints/0/drives/0/positionTarget = 1 | positionTarget has no effect without stiffness
     /$/physicsJoints/0/drives/0/damping = | velocityTarget has no effect without damping
     /$/physicsJoints/0/drives/0/damping = | a drive without stiffness and damping has no effect

@@ -20,10 +20,13 @@
 namespace substep {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::StartsWith;
 using namespace test;
 
 const std::filesystem::path meshes = std::filesystem::path(test::source_folder) / "tests/scene/meshes";
@@ -42,6 +45,21 @@ std::string with(std::string text, const std::string& what, const std::string& b
 Scene load_text(const std::string& name, const std::string& text, const MeshOptions& options = {}) {
   const TemporaryFolder folder;
   return load_scene(folder.write(name, text), options);
+}
+
+const char* const outward_faces =
+    "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -7 -6 -2 -3\nf -6 -5 -1 -2\nf -5 -8 -4 -1\n";
+const char* const inward_faces =
+    "f -8 -7 -6 -5\nf -1 -2 -3 -4\nf -4 -3 -7 -8\nf -3 -2 -6 -7\nf -2 -1 -5 -6\nf -1 -4 -8 -5\n";
+
+/// Returns a cube of 1 m from (x, y, 0.5), a part of the object before it.
+std::string small_cube(double x, double y, const char* faces, const char* object = "") {
+  std::string text = object;
+  for (const double z : {0.5, 1.5}) {
+    text +=
+        fmt::format("v {0} {2} {4}\nv {1} {2} {4}\nv {1} {3} {4}\nv {0} {3} {4}\n", x, x + 1, y, y + 1, z);
+  }
+  return text + faces;
 }
 
 /// Returns a COLLADA file with the tetrahedron "g" between the origin and 1 m of each axis, and nodes.
@@ -87,6 +105,51 @@ TEST(MeshScene, OpenMeshTakesHullWithWarning) {
   const Scene scene = load_text("cube.obj", with(cube_obj, "f 4 1 5 8\n", ""));
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("mesh 'cube': is not closed")));
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
+}
+
+TEST(MeshScene, MeshWithEdgeOfFourTrianglesTakesHull) {
+  const Scene scene =
+      load_text("two.obj", small_cube(0, 0, outward_faces, "o two\n") + small_cube(1, 1, outward_faces));
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("or more than two triangles share an edge")));
+}
+
+/// A part that faces inwards is a cavity inside another part; beside it the hull counts.
+TEST(MeshScene, PartThatFacesInwardsIsCavityOrTakesHull) {
+  const Scene hollow = load_text("cube.obj", cube_obj + small_cube(0.5, 0.5, inward_faces));
+  EXPECT_NEAR(1 / hollow.bodies[1].inverse_mass, 7000, 1e-9);  // measured 9e-13
+  const Scene beside = load_text("cube.obj", cube_obj + small_cube(2.5, 0.5, inward_faces));
+  EXPECT_THAT(beside.warnings, Contains(HasSubstr("or has parts that face inwards")));
+  // The cube and a frustum of 1.5 m with faces of 4 m² and 1 m².
+  EXPECT_NEAR(1 / beside.bodies[1].inverse_mass, 8000 + 3500, 1e-9);  // measured 2e-12
+}
+
+TEST(MeshScene, LeavesFlatMeshOut) {
+  const std::string floor = "o floor\nv 0 0 0\nv 0 0 9\nv 9 0 9\nv 9 0 0\nf -4 -3 -2 -1\n";
+  const Scene scene = load_text("cube.obj", floor + small_cube(0, 0, outward_faces, "o cube\n"));
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  EXPECT_EQ(scene.bodies[1].name, "cube");
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  EXPECT_THAT(scene.warnings, ElementsAre(AllOf(StartsWith("mesh 'floor': its convex hull is thinner"),
+                                                EndsWith("left out"))));
+  EXPECT_THAT(message_of([&] { load_text("floor.obj", floor); }),
+              HasSubstr("floor.obj: mesh 'floor': its convex hull is thinner"));
+}
+
+/// AMF states a unit that assimp drops.
+TEST(MeshScene, WarnsOfUnitThatIsNotRead) {
+  const std::string amf =
+      R"(<?xml version="1.0"?><amf unit="millimeter"><object id="0"><mesh><vertices>
+<vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex>
+<vertex><coordinates><x>15</x><y>0</y><z>0</z></coordinates></vertex>
+<vertex><coordinates><x>0</x><y>15</y><z>0</z></coordinates></vertex>
+<vertex><coordinates><x>0</x><y>0</y><z>15</z></coordinates></vertex></vertices><volume>
+<triangle><v1>0</v1><v2>2</v2><v3>1</v3></triangle><triangle><v1>0</v1><v2>1</v2><v3>3</v3></triangle>
+<triangle><v1>0</v1><v2>3</v2><v3>2</v3></triangle><triangle><v1>1</v1><v2>2</v2><v3>3</v3></triangle>
+</volume></mesh></object></amf>)";
+  EXPECT_THAT(load_text("t.amf", amf).warnings, ElementsAre(HasSubstr("its unit, which is not read,")));
+  MeshOptions millimetres;
+  millimetres.scale = 0.001;
+  EXPECT_THAT(load_text("t.amf", amf, millimetres).warnings, IsEmpty());
 }
 
 TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
@@ -156,8 +219,7 @@ TEST(MeshScene, ObjectsBecomeBodiesAndMaterialsColours) {
   folder.write("red.mtl", "newmtl red\nKd 1 0 0\n");
   // Faces of the other cube count its vertices from the last one.
   std::string other = with(cube_obj, "o cube", "o other");
-  other.replace(other.find("f "), std::string::npos,
-                "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -7 -6 -2 -3\nf -6 -5 -1 -2\nf -5 -8 -4 -1\n");
+  other.replace(other.find("f "), std::string::npos, outward_faces);
   const Scene scene = load_scene(
       folder.write("two.obj", "mtllib away/red.mtl\nusemtl red\n" + std::string(cube_obj) + other));
   ASSERT_EQ(scene.bodies.size(), 3u);
