@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "golden/commands/commands.h"
+#include "golden/compare/provenance.h"
 #include "render/commands/commands.h"
 #include "render/renderer.h"
 #include "sim/commands/commands.h"
@@ -91,6 +93,7 @@ int run(int argc, char** argv) {
       "'substep help settings' the settings of the solver.",
       "substep"};
   app.footer("Example:\n  substep video scenes/box_stack.gltf      makes box_stack.mp4");
+  app.set_version_flag("--version", [] { return "substep " + golden::made_with(false).version; });
   app.require_subcommand(1);
   add_run_command(app);
   render::add_render_command(app);
@@ -144,6 +147,8 @@ int main(int argc, char** argv) {
     return code;
   } catch (const substep::Error& error) {
     return substep::refuse(error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return substep::refuse(fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::bad_alloc&) {
     return substep::refuse_for_memory();
   } catch (const std::exception& error) {

@@ -2,9 +2,11 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <ctime>
+#include <map>
 #include <utility>
 
 #include "golden/check/check.h"
@@ -13,6 +15,7 @@
 #include "golden/suite/suite.h"
 #include "render/image.h"
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 
 namespace substep::golden {
@@ -67,14 +70,35 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   }
 }
 
+/// The hashes of the suite's scenes as they are now.
+class SceneHashes {
+ public:
+  explicit SceneHashes(const fs::path& suite) : suite_(read_suite(suite)) {}
+
+  /// Returns the hash of the case's scene. Throws Error where it cannot be loaded.
+  const std::string& of(const std::string& case_name) {
+    const fs::path scene = select(suite_, {case_name}).at(0).scene;
+    std::string& hash = hashes_[scene];
+    if (hash.empty()) hash = hash_text(load_scene(scene).hash);
+    return hash;
+  }
+
+ private:
+  Suite suite_;
+  std::map<fs::path, std::string> hashes_;
+};
+
 /// Returns the files to write for one case, the sidecar last; empty when its goldens equal those of the check
 /// already. Throws Error where the case cannot be approved.
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
-                                   const fs::path& suite_folder) {
+                                   const fs::path& suite_folder, SceneHashes& scenes) {
   const auto refuse = [&](const std::string& why) {
     throw Error("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why);
   };
   if (const auto refusal = entry.at("refusal").get<std::string>(); !refusal.empty()) refuse(refusal);
+  Json sidecar = entry.at("sidecar");
+  if (scenes.of(entry.at("name")) != sidecar.at("scene_hash"))
+    refuse("its scene is no longer what the check loaded: run 'substep check' again");
   std::vector<NewGolden> files;
   for (const Json& candidate : entry.at("candidates")) {
     const fs::path from = inside(options.output, candidate.at("from"));
@@ -91,7 +115,6 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   }
   const fs::path sidecar_file = inside(suite_folder, entry.at("sidecar_file"));
   const Json old = Json::parse(content_of(sidecar_file).value_or(""), nullptr, false);
-  Json sidecar = entry.at("sidecar");
   if (!files.empty() || !old.is_object() || essence(old) != essence(sidecar)) {
     note_approval(entry, old, options.reason, sidecar);
     files.push_back({sidecar_file, sidecar_text(sidecar)});
@@ -111,20 +134,25 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
     throw Error("{}: the check did not end: {} of {} cases were checked: run 'substep check' again",
                 options.output.string(), cases.size(), results.at("of").get<int>());
   }
+  std::vector<std::string> checked;
+  for (const Json& entry : cases) checked.push_back(entry.at("name"));
   for (const std::string& wanted : options.cases) {
-    if (std::ranges::none_of(cases, [&](const Json& entry) { return entry.at("name") == wanted; }))
-      throw Error("the last check had no case '{}'", wanted);
+    if (std::ranges::none_of(checked, [&](const std::string& name) { return is_named(name, wanted); })) {
+      throw Error("the last check had no case '{}'; it had {}", wanted, fmt::join(checked, " "));
+    }
   }
+  SceneHashes scenes(suite);
   std::vector<NewGolden> all;
   for (const Json& entry : cases) {
     const auto name = entry.at("name").get<std::string>();
-    const bool is_named = std::ranges::find(options.cases, name) != options.cases.end();
+    const bool is_chosen =
+        std::ranges::any_of(options.cases, [&](const std::string& wanted) { return is_named(name, wanted); });
     const bool passed = entry.at("verdict") == "pass";
-    if (!is_named && (!options.all_failed || passed)) continue;
+    if (!is_chosen && (!options.all_failed || passed)) continue;
     // The sidecar of a case that passes may be out of date.
     const bool is_up_to_date = passed && !entry.contains("sidecar");
     std::vector<NewGolden> files;
-    if (!is_up_to_date) files = new_goldens(entry, options, suite.parent_path());
+    if (!is_up_to_date) files = new_goldens(entry, options, suite.parent_path(), scenes);
     if (files.empty()) approval.already_good.push_back(name);
     std::ranges::move(files, std::back_inserter(all));
   }

@@ -2,9 +2,10 @@
 /// Makes the results of the last check the new goldens.
 ///
 /// Copies files (pictures compressed better) and runs nothing again, so that a person approves what he looked
-/// at. Refuses, and writes nothing, where a file or a golden changed since the check, a picture is blank, or
-/// a renderer drew that is not the pinned one (but with renderer = "any"). Deletes nothing. A case's sidecar
-/// is written last, so that the next check shows an interrupted approval, and the same command completes it.
+/// at. Refuses, and writes nothing, where a file, a golden or a scene changed since the check, a picture is
+/// blank, or a renderer drew that is not the pinned one (but with renderer = "any"). Deletes nothing. A
+/// case's sidecar is written last, so that the next check shows an interrupted approval, and the same command
+/// completes it.
 
 #include <filesystem>
 #include <string>
@@ -15,9 +16,9 @@ namespace substep::golden {
 struct ApproveOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";  ///< of the check
-  std::vector<std::string> cases;              ///< names; of a passing one outdated files are renewed
-  bool all_failed = false;                     ///< every case that did not pass, too
-  std::string reason;                          ///< kept in the sidecars
+  std::vector<std::string> cases;  ///< see is_named(); of a passing one outdated files are renewed
+  bool all_failed = false;         ///< every case that did not pass, too
+  std::string reason;              ///< kept in the sidecars
 };
 
 struct Approval {

@@ -254,7 +254,7 @@ CaseResult CaseChecker::check(const SuiteCase& entry) {
     result.entry.settings = entry.settings_for(*scene_);
     result.files = output_ / entry.name;
     clear(result.files);
-    load_goldens(context);
+    read_goldens([&] { load_goldens(context); });
     check_poses(context);
     if (!entry.images.empty()) check_images(context);
     decide(context);
@@ -266,6 +266,8 @@ CaseResult CaseChecker::check(const SuiteCase& entry) {
     return std::move(result);
   } catch (const std::bad_alloc&) {
     return failed_case(output_, entry, "not enough memory to check the case");
+  } catch (const fs::filesystem_error& error) {
+    return failed_case(output_, entry, fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
     return failed_case(output_, entry, error.what());
   }

@@ -15,6 +15,7 @@
 #include "golden/compare/track.h"
 #include "golden/suite/sidecar.h"
 #include "render/renderer.h"
+#include "sim/error.h"
 #include "sim/scene/scene.h"
 
 namespace substep::golden {
@@ -143,6 +144,17 @@ struct CaseContext {
 
 /// Returns true where pictures are within the tolerance: by FLIP where it is set, else by levels and counts.
 bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance);
+
+/// Returns what `read` reads of goldens. Adds the remedy to its Error.
+template <typename Read>
+auto read_goldens(Read&& read) {
+  try {
+    return read();
+  } catch (const Error& error) {
+    throw Error("{}: put back the golden that was approved, or delete it, then check and approve again",
+                error.what());
+  }
+}
 
 /// Draws the golden poses and compares with the golden pictures, which shows what the renderer changed, and
 /// with pictures of the live poses, which shows what the simulation changed. Writes the pictures that differ.

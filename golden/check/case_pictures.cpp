@@ -79,7 +79,7 @@ bool is_approved_picture(const render::Image& golden, int frame, CaseContext& co
 void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, CaseContext& context) {
   const SuiteCase& entry = context.result.entry;
   const fs::path file = entry.image_file(image.frame);
-  const Drawing golden{render::read_png(file), drawn.bodies};
+  const Drawing golden{read_goldens([&] { return render::read_png(file); }), drawn.bodies};
   image.against_golden = compare_pictures(golden, drawn, image.frame, context);
   const bool is_exact = image.against_golden->image.judgement == Judgement::exact;
   image.must_be_exact = context.is_exact_here();

@@ -49,9 +49,17 @@ void explain_inputs(CaseContext& context, Failing& failing) {
   const bool is_other_file = context.sidecar.scene_hash != hash_text(context.scene.hash);
   const std::vector<std::string> names = context.golden ? context.golden->bodies : std::vector<std::string>();
   SceneDifference difference = scene_difference(context.sidecar.parts, context.scene, names);
+  // The digests lack the scene's sub-steps; a suite may set its own.
+  const SuiteCase& entry = context.result.entry;
+  const int substeps = context.sidecar.run.value("substeps", entry.settings.substeps);
+  const bool sets_own = std::ranges::find(entry.own_settings, "substeps") != entry.own_settings.end();
+  if (is_other_file && !sets_own && substeps != entry.settings.substeps) {
+    difference.moves = true;
+    difference.text += difference.text.empty() ? "sub-steps" : "; sub-steps";
+  }
   // Other simulators place their bodies themselves.
   const bool is_loaded_otherwise = !is_other_file && context.result.poses.motion.first.frame == 0 &&
-                                   difference.text.empty() && context.result.entry.author.empty();
+                                   difference.text.empty() && entry.author.empty();
   if (is_loaded_otherwise) difference = {true, true, "the bodies stand elsewhere at frame 0"};
   if (!failing.explain(difference.moves, difference.is_drawn)) return;
   context.result.verdict = is_other_file ? Verdict::scene_changed : Verdict::loading_changed;

@@ -85,7 +85,7 @@ void add_check_command(CLI::App& app) {
   const auto options = std::make_shared<CheckOptions>();
   command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
       ->capture_default_str();
-  command->add_option("--case", options->cases,
+  command->add_option("cases,--case", options->cases,
                       "Only these: box_stack.a4, or box_stack for all of that scene");
   command
       ->add_option("--output", options->output,
@@ -103,7 +103,8 @@ void add_approve_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "approve", "Replace goldens with the last check's results, after you looked at them");
   const auto options = std::make_shared<ApproveOptions>();
-  command->add_option("cases", options->cases, "Names of cases: box_stack.a4");
+  command->add_option("cases", options->cases,
+                      "Names of cases: box_stack.a4, or box_stack for all of that scene");
   command->add_flag("--failed", options->all_failed, "All cases that did not pass");
   command->add_option("--reason", options->reason, "Why the goldens change; kept beside them");
   command->add_option("--suite", options->suite, "The suite file that was checked, or its folder")

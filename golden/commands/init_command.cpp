@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +7,14 @@
 #include <iomanip>
 #include <map>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "golden/commands/commands.h"
+#include "golden/compare/provenance.h"
 #include "golden/report/failures.h"
 #include "golden/suite/suite.h"
 #include "sim/error.h"
@@ -128,12 +131,12 @@ jobs:
   check:
     if: github.event_name != 'workflow_dispatch'
     uses: OWNER/substep/.github/workflows/suite.yml@main
-    with: {{ suite: golden, program: OWNER/substep, setup: "{0}" }}
+    with: {{ suite: golden, program: OWNER/substep, version: v{1}, setup: "{0}" }}
   approve:
     if: github.event_name == 'workflow_dispatch'
     permissions: {{ contents: write }}
     uses: OWNER/substep/.github/workflows/suite.yml@main
-    with: {{ suite: golden, program: OWNER/substep, setup: "{0}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
+    with: {{ suite: golden, program: OWNER/substep, version: v{1}, setup: "{0}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
 )";
 
 /// Returns the shell command that installs python3 or Node.js where a simulator's command starts it; "true":
@@ -152,7 +155,7 @@ struct InitOptions {
 
 struct NewSuite {
   std::vector<std::pair<fs::path, std::string>> files;  ///< below the project's folder, with their contents
-  std::size_t scenes = 0;                               ///< how many scenes are cases
+  std::map<std::string, std::string> scenes;            ///< those that are cases, by name
   std::vector<std::string> others;                      ///< scenes that cannot be cases, each with the reason
 };
 
@@ -169,12 +172,11 @@ NewSuite new_suite(const InitOptions& options) {
         "--command: {poses} is missing: write it where the simulator takes the name of its output table");
   std::string text =
       fmt::format(fmt::runtime(suite_start), is_own ? own_run_line : run_line_of(options.command, project));
-  std::map<std::string, std::string> names;
   for (const fs::path& file : scene_files(project)) {
     const std::string shown = file.lexically_relative(project).generic_string();
     try {
       const std::string entry = case_of(file, shown);
-      const auto [known, is_new] = names.emplace(file.stem().string(), shown);
+      const auto [known, is_new] = suite.scenes.emplace(file.stem().string(), shown);
       if (!is_new) throw Error("{} already has this name", known->second);
       text += "\n" + entry;
     } catch (const Error& error) {
@@ -182,15 +184,14 @@ NewSuite new_suite(const InitOptions& options) {
       std::ranges::replace(suite.others.back(), '\n', ' ');
     }
   }
-  suite.scenes = names.size();
-  if (suite.scenes == 0)
+  if (suite.scenes.empty())
     throw Error("{}: has no scene (.gltf or .glb) in which something moves", project.string());
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
-  suite.files = {
-      {"golden/suite.toml", text},
-      {"golden/README.md", readme},
-      {"golden/.gitattributes", "*.poses -text\n"},  // a log with other line ends is damaged
-      {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), setup_for(options.command))}};
+  suite.files = {{"golden/suite.toml", text},
+                 {"golden/README.md", readme},
+                 {"golden/.gitattributes", "*.poses -text\n"},  // a log with other line ends is damaged
+                 {".github/workflows/goldens.yml",
+                  fmt::format(fmt::runtime(workflow), setup_for(options.command), made_with(false).version)}};
   if (!fs::exists(project / ".gitignore")) suite.files.emplace_back(".gitignore", "/out/\n");
   return suite;
 }
@@ -208,13 +209,15 @@ void init(const InitOptions& options) {
     write_file(file, content);
     fmt::print("wrote {}\n", file.string());
   }
-  fmt::print("{} scenes are cases", suite.scenes);
-  if (!suite.others.empty()) fmt::print(", {} are not: the suite file says why", suite.others.size());
+  fmt::print("scenes that are cases: {}", suite.scenes.size());
+  if (!suite.others.empty()) fmt::print("; that are not: {}, the suite file says why", suite.others.size());
   fmt::print("\nnext:\n");
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
   if (suite.files.back().first != ".gitignore") fmt::print("  echo /out/ >> .gitignore\n");
-  fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
+  std::set<std::string> own;  // the folders, or files, that have the scenes
+  for (const auto& [name, scene] : suite.scenes) own.insert(shell_word(fs::path(scene).begin()->string()));
+  fmt::print("  git add golden .github/workflows/goldens.yml .gitignore {}\n", fmt::join(own, " "));
   if (!fs::exists(options.project / ".git"))
     fmt::print(
         "where the repository's root is another folder, move .github to it: GitHub looks only there\n");

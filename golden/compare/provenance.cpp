@@ -48,6 +48,7 @@ MadeWith made_with(bool with_renderer) {
     result.platform = as_word(
         fmt::format("{} {} {}", result.renderer, value_of(system, "ID="), value_of(system, "VERSION_ID=")));
   }
+  result.version = SUBSTEP_VERSION;
   result.compiler = SUBSTEP_COMPILER;
   result.processor = value_of("/proc/cpuinfo", "model name");
   result.processor.erase(0, result.processor.find_first_not_of(" \t:"));

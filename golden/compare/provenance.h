@@ -1,5 +1,5 @@
 #pragma once
-/// The provenance of goldens: renderer, compiler and processor; and hashes of files and of numbers.
+/// The provenance of goldens: program, renderer, compiler and processor; and hashes of files and of numbers.
 
 #include <Eigen/Core>
 #include <bit>
@@ -17,6 +17,7 @@ struct MadeWith {
   std::string renderer;    ///< renderer_description(); empty when nothing was drawn
   bool is_pinned = false;  ///< whether goldens are exact on this renderer
   std::string platform;    ///< renderer and system as one word; pictures are exact on one platform
+  std::string version;     ///< of substep: "0.1.0"
   std::string compiler;    ///< "GNU 12.2.0"
   std::string processor;   ///< as the system names it
 };

@@ -89,9 +89,7 @@ class Input {
   }
 
  private:
-  [[noreturn]] void refuse() const {
-    throw Error("{}: is damaged: 'substep check' and 'substep approve' its case again", what_);
-  }
+  [[noreturn]] void refuse() const { throw Error("{}: is damaged", what_); }
   std::string_view rest_;
   const std::string& what_;
 };
@@ -221,9 +219,7 @@ std::string to_bytes(const Track& track) {
 Track read_track(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file);
   const std::string what = file.string();
-  const auto refuse = [&] {
-    throw Error("{}: is not a track: 'substep check' and 'substep approve' its case again", what);
-  };
+  const auto refuse = [&] { throw Error("{}: is not a track", what); };
   std::string_view rest = bytes;
   if (rest.substr(0, magic.size()) != magic) refuse();
   rest.remove_prefix(magic.size());

@@ -6,6 +6,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/json.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep::golden {
 namespace {
@@ -73,18 +74,15 @@ Sidecar read_sidecar(const std::filesystem::path& file) {
     result.track_hash = json.at("poses").at("track_hash");
     for (const Json& image : json.at("images")) result.pictures.push_back(picture_in(image));
   } catch (const Json::exception&) {
-    throw Error("{}: is damaged: put back the one that was approved, or delete it and approve the case again",
-                file.string());
+    throw Error("{}: is damaged", file.string());
   }
   return result;
 }
 
 Json to_json(const MadeWith& made_with) {
-  return {{"renderer", made_with.renderer},
-          {"pinned", made_with.is_pinned},
-          {"platform", made_with.platform},
-          {"compiler", made_with.compiler},
-          {"processor", made_with.processor}};
+  return {{"substep", made_with.version},   {"renderer", made_with.renderer},
+          {"pinned", made_with.is_pinned},  {"platform", made_with.platform},
+          {"compiler", made_with.compiler}, {"processor", made_with.processor}};
 }
 
 Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const std::string& track_hash,
@@ -130,16 +128,25 @@ std::string sidecar_text(const Json& sidecar) {
 }
 
 std::string settings_differences(const Sidecar& sidecar, const SuiteCase& entry) {
+  if (!sidecar.is_there) return {};
+  Json golden = sidecar.run;
   Json here = run_settings(entry);
   here["frames"] = entry.frames;
   here["size"] = {entry.width, entry.height};
-  return differences(sidecar.run, here);
+  for (const SettingsField& field : settings_fields) {
+    const std::string key(field.name);
+    if (!field.can_be_left_out || golden.contains(key) == here.contains(key)) continue;
+    (golden.contains(key) ? here : golden)[key] = text_of(Settings{}, field);
+  }
+  return differences(golden, here);
 }
 
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here) {
-  return differences(
-      sidecar.made_with,
-      {{"renderer", here.renderer}, {"compiler", here.compiler}, {"processor", here.processor}});
+  // Older sidecars lack the version.
+  return differences(sidecar.made_with, {{"substep", here.version},
+                                         {"renderer", here.renderer},
+                                         {"compiler", here.compiler},
+                                         {"processor", here.processor}});
 }
 
 }  // namespace substep::golden

@@ -281,19 +281,21 @@ Suite read_suite(const fs::path& file) {
   return Reader(suite_file(file)).read();
 }
 
+bool is_named(std::string_view case_name, std::string_view name) {
+  return case_name == name || case_name.starts_with(fmt::format("{}.", name));
+}
+
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
-  const auto is_named = [](const SuiteCase& entry, const std::string& name) {
-    return name == entry.name || name == entry.scene.stem();
-  };
   for (const std::string& name : names) {
-    if (std::ranges::any_of(suite.cases, [&](const auto& entry) { return is_named(entry, name); })) continue;
+    if (std::ranges::any_of(suite.cases, [&](const auto& entry) { return is_named(entry.name, name); }))
+      continue;
     std::vector<std::string_view> known;
     for (const SuiteCase& entry : suite.cases) known.push_back(entry.name);
     throw Error("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " "));
   }
   std::vector<SuiteCase> chosen = suite.cases;
   std::erase_if(chosen, [&](const SuiteCase& entry) {
-    const auto names_it = [&](const std::string& name) { return is_named(entry, name); };
+    const auto names_it = [&](const std::string& name) { return is_named(entry.name, name); };
     return !names.empty() && std::ranges::none_of(names, names_it);
   });
   return chosen;
@@ -302,8 +304,10 @@ std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>
 std::vector<fs::path> orphans(const Suite& suite) {
   std::set<fs::path> claimed;
   for (const SuiteCase& entry : suite.cases) {
-    for (const fs::path& file : {entry.pose_file, entry.track_file, entry.sidecar})
+    for (const fs::path& file : {entry.pose_file, entry.track_file, entry.sidecar}) {
       claimed.insert(file.lexically_normal());
+      claimed.insert(file.parent_path().lexically_normal());
+    }
     for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
   }
   std::vector<fs::path> result;
@@ -312,12 +316,12 @@ std::vector<fs::path> orphans(const Suite& suite) {
     constexpr auto skip = fs::directory_options::skip_permission_denied;
     for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, skip, none)) {
       const bool is_folder = entry.is_directory(none);
-      // List a folder that cannot be read, since its files may be orphans.
+      // List a folder of no case that cannot be read, since its files may be orphans.
       if (is_folder) fs::directory_iterator(entry.path(), none);
-      if (is_folder && none) result.push_back(entry.path());
+      if (is_folder && !none) continue;
       // File managers create .DS_Store, Thumbs.db and the like.
       const std::string name = entry.path().filename().string();
-      if (is_folder || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini") continue;
+      if (name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini") continue;
       if (claimed.count(entry.path().lexically_normal()) == 0) result.push_back(entry.path());
     }
   }

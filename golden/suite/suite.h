@@ -101,8 +101,11 @@ std::filesystem::path suite_file(const std::filesystem::path& named);
 /// that is unknown, missing, of a wrong type or out of range.
 Suite read_suite(const std::filesystem::path& file);
 
-/// Returns the cases of these names, in the suite's order; "box_stack" stands for all cases of that scene.
-/// Without names returns all. Throws Error for an unknown name.
+/// Returns true where `name` is the case's, or its scene's: "box_stack" names all cases of that scene.
+bool is_named(std::string_view case_name, std::string_view name);
+
+/// Returns the cases of these names (is_named()), in the suite's order. Without names returns all. Throws
+/// Error for an unknown name.
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names);
 
 /// Returns the files in poses/ and images/ that belong to no case, and folders there that cannot be read,

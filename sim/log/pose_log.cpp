@@ -78,11 +78,11 @@ class PoseLogReader {
   void next(std::string_view expected) {
     if (rest_.empty()) {
       ++line_number_;
-      refuse("the log ends where '{}' is expected: it is truncated, run it again", expected);
+      refuse("the log ends where '{}' is expected: it is truncated", expected);
     }
     const std::size_t length = rest_.find('\n');
     ++line_number_;
-    if (length == std::string_view::npos) refuse("the line has no end: the log is truncated, run it again");
+    if (length == std::string_view::npos) refuse("the line has no end: the log is truncated");
     line_ = rest_.substr(0, length);
     rest_.remove_prefix(length + 1);
   }

@@ -113,6 +113,28 @@ def damaged_goldens_are_errors_of_their_cases(folder):
         expect("\n" not in entry["cause"] and entry["cause"].startswith("golden/"), entry["cause"])
 
 
+def unreadable_folders_are_named(folder):
+    project = Project(folder, ["pendulum"]).with_goldens()
+    # Root reads every folder, so run as user `nobody`.
+    user = 65534 if os.geteuid() == 0 else None
+
+    def run(*words):
+        return subprocess.run([SUBSTEP, *words], cwd=project.folder, user=user, capture_output=True, text=True)
+
+    project.folder.parent.chmod(0o755)
+    shutil.rmtree(project.folder / "out/check")
+    (project.folder / "out").chmod(0o777)
+    (project.folder / "golden/poses/pendulum").chmod(0)
+    out = run("check").stdout
+    expect("pendulum/a3.poses: Permission denied\n" in out and "orphan" not in out, out)
+    (project.folder / "golden").rename(project.folder / "other")
+    project.folder.chmod(0o555)
+    done = run("init")
+    expect((done.returncode, done.stderr) == (2, "substep: ./golden: Permission denied\n"), done)
+    project.folder.chmod(0o755)
+    (project.folder / "other/poses/pendulum").chmod(0o755)
+
+
 def timeout_and_crash_are_errors_of_one_case(folder):
     project = Project(folder, ["bowling", "pendulum"]).with_goldens()
     project.replace("golden/suite.toml", 'bowling.gltf"', 'bowling.gltf"\ntime_limit = 0.01')
@@ -211,7 +233,8 @@ def printed_commands_repair_suite(folder):
     project = Project(pathlib.Path(folder) / "theirs", ["box_stack", "pendulum", "bouncing_balls"])
     (project.folder / "scenes/empty.gltf").write_text("{}")
     text = project.shell("substep init .", 0)
-    expect("3 scenes are cases, 1 are not" in text, text)
+    expect("scenes that are cases: 3; that are not: 1, " in text, text)
+    expect("\n  git add golden .github/workflows/goldens.yml .gitignore scenes\n" in text, text)
     project.shell("substep init .", 2)
     check, approve = printed(text, "")
     project.shell(check, 1)
@@ -245,7 +268,8 @@ def written_suite_can_be_checked(folder):
     project.shell("substep check", 1)  # a suite that cannot be read would give 2
     expect(project.results()["cases"][0]["verdict"] == "error", "there is no run.sh")
     workflow = (project.folder / ".github/workflows/goldens.yml").read_text()
-    expect(workflow.count('setup: "true"') == 2, workflow)
+    version = project.shell("substep --version", 0).split()[1]
+    expect(workflow.count(f'version: v{version}, setup: "true"') == 2, workflow)
     expect((project.folder / "golden/.gitattributes").read_text() == "*.poses -text\n", "line ends are kept")
 
 
@@ -347,7 +371,7 @@ pose_tolerance = { position = 0.002 }
 
 
 TESTS = [damaged_scene_does_not_hide_changed_one, damaged_goldens_are_errors_of_their_cases,
-         timeout_and_crash_are_errors_of_one_case, two_checks_do_not_write_to_one_folder, interrupted_check_reports_once,
+         unreadable_folders_are_named, timeout_and_crash_are_errors_of_one_case, two_checks_do_not_write_to_one_folder, interrupted_check_reports_once,
          folder_names_are_quoted, scene_without_pictures_needs_no_renderer, other_renderers_are_reported,
          printed_commands_repair_suite, written_suite_can_be_checked,
          readme_pendulum_follows_printed_commands, table_is_compared_within_its_tolerance]

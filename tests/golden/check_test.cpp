@@ -83,6 +83,24 @@ TEST_F(CheckTest, BlamesSimulationForAnotherSolution) {
   EXPECT_TRUE(fs::exists(suite_.shown("f0020.new.png")));
 }
 
+TEST_F(CheckTest, NamesSettingThatSidecarLeavesOut) {
+  suite_.make_goldens();
+  suite_.add_to_suite("settings = { warm_start = 0.5 }");
+  expect(Verdict::simulation_changed);
+  EXPECT_THAT(result_.cause, testing::StartsWith("settings changed: warm_start 0, here 0.5; from frame"));
+}
+
+TEST_F(CheckTest, NotesAnotherVersionOfProgram) {
+  suite_.make_goldens();
+  change_hash(13);
+  suite_.change_sidecar([](auto& json) { json["made_with"]["substep"] = "0.0.9"; });
+  expect(Verdict::simulation_changed);
+  EXPECT_THAT(result_.text, HasSubstr("golden made with substep 0.0.9, here "));
+  suite_.change_sidecar([](auto& json) { json["made_with"].erase("substep"); });
+  expect(Verdict::simulation_changed);
+  EXPECT_TRUE(result_.notes.empty());
+}
+
 TEST_F(CheckTest, BlamesSimulationForMoreFrames) {
   suite_.make_goldens();
   replace_in(suite_.options.suite, "frames = 20", "frames = 30");
@@ -129,6 +147,14 @@ TEST_F(CheckTest, BlamesSceneForLightInItsFile) {
   change_hash(13);
   expect(Verdict::scene_changed);
   EXPECT_THAT(result_.text, HasSubstr("the simulation changed, too"));
+}
+
+TEST_F(CheckTest, BlamesSceneForSubstepsInItsFile) {
+  suite_.make_goldens();
+  replace_in(suite_.scene(), "\"substep\":{", "\"substep\":{\"substeps\":12,");
+  expect(Verdict::scene_changed);
+  EXPECT_EQ(result_.cause, "sub-steps");
+  EXPECT_EQ(result_.notes, std::vector<std::string>{"golden made with substeps 10, here 12"});
 }
 
 TEST_F(CheckTest, BlamesLoadingOfTheSameFile) {
@@ -193,11 +219,19 @@ TEST_F(CheckTest, ReportsDamagedScene) {
   EXPECT_THAT(suite_.result_text("junit.xml"), HasSubstr("errors=\"1\""));
 }
 
-TEST_F(CheckTest, ReportsDamagedSidecar) {
+TEST_F(CheckTest, ReportsRemedyForDamagedGoldens) {
   suite_.make_goldens();
-  write_text(suite_.sidecar(), read_text(suite_.sidecar()).substr(0, 200));
-  expect(Verdict::error);
-  EXPECT_THAT(result_.text, HasSubstr("a3.json: is damaged"));
+  for (const fs::path& file : {suite_.sidecar(), suite_.poses(), suite_.track(), suite_.image(10)}) {
+    write_text(file, read_text(file).substr(0, 200));
+    expect(Verdict::error);
+    EXPECT_THAT(result_.cause, HasSubstr(file.filename().string()));
+    EXPECT_THAT(result_.cause, testing::EndsWith("put back the golden that was approved, or delete it, then "
+                                                 "check and approve again"));
+    fs::remove(file);
+    expect(Verdict::missing);
+    suite_.approve_failed();
+    expect(Verdict::pass);
+  }
 }
 
 TEST_F(CheckTest, RemovesStaleResultsOfUnreadableSuite) {

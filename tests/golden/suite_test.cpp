@@ -222,9 +222,7 @@ TEST_F(SuiteTest, RejectsDamagedSidecar) {
   for (const std::string& text :
        {std::string(), std::string("not JSON"), std::string("[]"), std::string("{}"),
         good.substr(0, good.size() - 2), std::string("{\"scene_hash\":7}")}) {
-    EXPECT_EQ(complaint(text).rfind(file.string() + ": is damaged: put back the one that was approved", 0),
-              0U)
-        << text;
+    EXPECT_EQ(complaint(text), file.string() + ": is damaged") << text;
   }
   EXPECT_EQ(complaint("{\"scene_hash\":\"2\"," + good.substr(1)),
             file.string() + ": the key 'scene_hash' stands twice in one object");
@@ -246,12 +244,13 @@ TEST_F(SuiteTest, FindsOrphans) {
   EXPECT_EQ(found[1], folder_.path() / "poses/gone/a1.poses");
 }
 
-TEST_F(SuiteTest, ListsUnreadableFolderAsOrphan) {
+TEST_F(SuiteTest, ListsUnreadableFolderOfNoCaseAsOrphan) {
   using std::filesystem::perms;
   const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\n");
   const std::filesystem::path locked = folder_.write("poses/locked/a3.poses", "").parent_path();
+  const std::filesystem::path of_case = folder_.write("poses/one/a3.poses", "").parent_path();
   std::filesystem::permissions(folder_.path(), perms::all);
-  std::filesystem::permissions(locked, perms::none);
+  for (const auto& folder : {locked, of_case}) std::filesystem::permissions(folder, perms::none);
   // Root reads every folder, so look as user `nobody`.
   const bool is_root = ::geteuid() == 0;
   if (is_root) {
@@ -262,7 +261,7 @@ TEST_F(SuiteTest, ListsUnreadableFolderAsOrphan) {
   if (is_root) {
     ASSERT_EQ(::seteuid(0), 0);
   }
-  std::filesystem::permissions(locked, perms::owner_all);
+  for (const auto& folder : {locked, of_case}) std::filesystem::permissions(folder, perms::owner_all);
   EXPECT_EQ(found, std::vector{locked});
 }
 

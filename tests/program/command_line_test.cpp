@@ -52,6 +52,10 @@ TEST_F(CommandLine, HelpHasExampleOfEachCommand) {
   }
 }
 
+TEST_F(CommandLine, PrintsVersion) {
+  EXPECT_THAT(printed("--version"), testing::MatchesRegex("substep [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
 /// Command lines on a scene c.gltf, and words of their refusals.
 const std::vector<std::pair<const char*, const char*>> refusals{
     {"", "a command is needed"},

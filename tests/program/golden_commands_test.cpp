@@ -30,6 +30,7 @@ TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
   EXPECT_TRUE(has("poses/pendulum/a3.poses"));
   EXPECT_TRUE(has("images/pendulum/a3.f0010.png"));
   EXPECT_THAT(check(0, {}).out, testing::Not(HasSubstr("note")));
+  expect("check pendulum --suite suite.toml --output checked", 0, {});
   printed("diff poses/pendulum/a3.poses poses/pendulum/a3.poses");
 
   // A heavier step changes the poses: the check says which case and what.
