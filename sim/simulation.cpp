@@ -196,7 +196,7 @@ struct Simulation::Implementation {
     }
     shift_velocities(-1, duration);
     report.row_solves = work.row_solves;
-    if (!is_finite(state, &report.diverged_body)) {
+    if (!is_finite(state, &report.diverged_body, &model)) {
       report.status = StepReport::Status::diverged;
       return;
     }
