@@ -147,7 +147,10 @@ std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double
     const double speed = closing_speed(a, b, apart.normal, time, duration);
     // Keep half of the tolerance to spare.
     const double closed = apart.gap - tolerance / 2;
-    if (!(speed * (duration - time) > closed)) return std::nullopt;
+    // Leave a meeting at the very end to the next part of the step. A part ends at a meeting, so that
+    // rounding would decide which of the two has it.
+    constexpr double rounding = 1e-9;
+    if (!(speed * (duration - time) > (1 + rounding) * closed)) return std::nullopt;
     time += closed / speed;
   }
   return Impact{time, normal};

@@ -298,6 +298,26 @@ TEST(Restitution, IgnoresCommonVelocity) {
   }
 }
 
+// The second ball strikes the first slowly, off its centre, while that one lies on the floor.
+TEST(Restitution, IgnoresPlaceOfScene) {
+  const auto height = [](Algorithm algorithm, const Vector3& place) {
+    Scene scene = test::floor_scene(0);
+    scene.colliders[0].material.restitution = 0.3;
+    for (const Vector3& centre : {Vector3(0, 1, 0), Vector3(0.1, 1.9, 0.05)}) {
+      Body& ball = scene.bodies[test::add_ball(scene, 0.3, 1, place + centre, 0, 0.3)];
+      ball.linear_velocity = {1, 0, 0.4};
+      ball.angular_velocity = {1, 2, 3};
+    }
+    return test::run(scene, default_settings(algorithm), 0.8).q[2].linear.y();
+  };
+  for (const Algorithm algorithm : test::all_algorithms) {
+    const double here = height(algorithm, Vector3::Zero());
+    for (int i = 1; i <= 8; ++i)
+      EXPECT_NEAR(height(algorithm, {0.1 * i, 0, 0.07 * i}), here, 1e-9)
+          << name(algorithm);  // measured: 1e-13
+  }
+}
+
 // A turning bar pushes a ball outwards, which slides at r = 0.2 exp(5 t) m.
 TEST(Restitution, KeepsPressedBallOut) {
   constexpr double spin = 5;
