@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "render/video/time_sheet.h"
 #include "sim/commands/commands.h"
 #include "sim/error.h"
+#include "sim/execution/child_process.h"
 #include "sim/log/file_output.h"
 #include "sim/model/usual_settings.h"
 
@@ -71,6 +73,17 @@ std::optional<std::array<double, 2>> range_in(const std::optional<std::string>& 
   return std::array{*from, *to};
 }
 
+/// Returns true where fontconfig lists the font, or cannot be asked.
+bool is_installed(const std::string& font) {
+  const TemporaryFile fonts;
+  try {
+    ChildProcess list({"fc-list", ":family=" + font, "family"}, {.out = fonts.descriptor()});
+    return !list.succeeds() || !fonts.content().empty();
+  } catch (const std::system_error&) {
+    return true;
+  }
+}
+
 void draw_figure(const FigureOptions& options) {
   const report::ReportFigure& figure = report::figure_named(options.name);
   const fs::path output = options.output.value_or(figure.name + ".svg");
@@ -83,6 +96,8 @@ void draw_figure(const FigureOptions& options) {
   // Reject marks that would end the quoted font in gnuplot's script
   if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty())
     throw Error("--font '{}': give a font's name", style.font);
+  if (style.font != report::FigureStyle().font && !is_installed(style.font))
+    throw Error("--font '{}': is not installed: 'fc-list : family' lists the fonts", style.font);
   const auto x_range = range_in(options.x_range, "--x-range");
   const auto y_range = range_in(options.y_range, "--y-range");
   require_folder_of(output);
@@ -121,7 +136,8 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
   command.add_option("--y-range", options.y_range, "FROM:TO, of all panels' y axes");
   command.add_flag("--no-title", options.no_title, "For a figure that the document titles");
   command.add_flag("--caption", options.caption, "Draw the caption with --width too");
-  command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions");
+  command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions")
+      ->excludes("--caption");
   command.add_flag("--transparent", options.style.transparent, "No white ground");
   command.add_option("--dpi", options.style.dpi, "Pixels in an inch of a .png")
       ->check(number_from(50, 2400))
@@ -224,6 +240,7 @@ void report(const ReportOptions& options) {
     report::FigureSource source;
     source.records = merge_sweep(sweep, results);
     progress.clear();
+    note_omitted_runs(source.records);
     if (cost)
       return print(report::equal_cost_of_descendants(source.records, *cost), "the table " + *options.table);
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());

@@ -85,7 +85,7 @@ std::string plain_text(double value) {
 
 constexpr const char* map_caption =
     "Error: RMS over the scene's size while the reference lasts; where it diverges at once, the largest "
-    "joint gap or overlap. Bounded: see 'What stays bounded'. The .csv has each run's error as its value.";
+    "joint gap or overlap. Bounded: see the report's 'What stays bounded'. Blank: not run. Errors: .csv.";
 
 }  // namespace
 

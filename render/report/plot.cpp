@@ -190,17 +190,17 @@ std::string words_script(const Layout& layout) {
   for (std::size_t i = 0; i < layout.title.size(); ++i)
     script += text_script(layout, layout.title[i], 0.5 * layout.width, 18 + 18 * static_cast<double>(i),
                           "center", layout.title_size);
-  for (std::size_t i = 0; i < layout.caption.size(); ++i) {
+  for (std::size_t i = 0; i < layout.caption.size(); ++i)
     script += text_script(layout, layout.caption[i], 0.5 * layout.width,
                           layout.caption_top + static_cast<double>(i) * line_height, "center", caption_size);
-  }
   if (plots.empty()) plots.emplace_back("NaN notitle");
   return fmt::format("{}plot {}\n", script, fmt::join(plots, ", "));
 }
 
-/// Adds colours of dark mode to an SVG.
-std::string with_dark_mode(std::string svg) {
-  std::string rules = "text{font-family:'DejaVu Sans',Verdana,sans-serif}@media (prefers-color-scheme:dark){";
+/// Adds the font and the colours of dark mode to an SVG.
+std::string with_dark_mode(std::string svg, const std::string& font) {
+  std::string rules =
+      fmt::format("text{{font-family:'{}',Verdana,sans-serif}}@media (prefers-color-scheme:dark){{", font);
   const auto add = [&](const render::Ink& ink) {
     const auto channel = [&](int i) {
       return std::stoi(std::string(ink.light).substr(1 + 2 * i, 2), nullptr, 16);
@@ -254,10 +254,9 @@ std::string for_print(std::string svg, const Layout& layout, const FigureStyle& 
   const double unit = *style.width / layout.width;
   const std::string given = fmt::format("width=\"{:.0f}\" height=\"{:.0f}\"", layout.width, layout.height);
   const std::size_t size = svg.find(given);
-  if (size != std::string::npos) {
+  if (size != std::string::npos)
     svg.replace(size, given.size(),
                 fmt::format("width=\"{:.3f}mm\" height=\"{:.3f}mm\"", *style.width, layout.height * unit));
-  }
   return svg;
 }
 
@@ -289,9 +288,8 @@ bool begins_with_one_of(const std::string& title, const std::vector<std::string>
 void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
                    const char* what) {
   for (const std::string& word : words) {
-    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); }))
-      continue;
-    throw Error("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; "));
+    if (std::ranges::none_of(titles, [&](const std::string& title) { return title.starts_with(word); }))
+      throw Error("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; "));
   }
 }
 
@@ -369,6 +367,12 @@ Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
   for (Panel& panel : sheet.panels) {
     set(panel.x, x);
     set(panel.y, y);
+    const auto is_shown = [&](const std::array<double, 2>& point) {
+      return can_be_drawn(point, panel) && panel.x.holds(point[0]) && panel.y.holds(point[1]);
+    };
+    const auto has_shown = [&](const Series& one) { return std::ranges::any_of(one.points, is_shown); };
+    if ((x || y) && std::ranges::none_of(panel.series, has_shown))
+      throw Error("no point of the panel '{}' lies in the range", panel.title);
   }
   return sheet;
 }
@@ -389,7 +393,7 @@ std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& st
   const std::string picture = gnuplot(script);
   if (format != PictureFormat::svg) return picture;
   if (style.width) return for_print(picture, layout, style);
-  return style.transparent ? picture : with_dark_mode(picture);
+  return style.transparent ? picture : with_dark_mode(picture, style.font);
 }
 
 }  // namespace substep::report

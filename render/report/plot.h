@@ -37,6 +37,8 @@ struct Axis {
   bool logarithmic = false;
   std::optional<std::array<double, 2>> range = {};  ///< absent: the data's
   std::string tics = {};                            ///< in gnuplot's syntax; empty: gnuplot's choice
+
+  bool holds(double value) const { return !range || ((*range)[0] <= value && value <= (*range)[1]); }
 };
 
 /// A right triangle that shows a power law: its right angle is at (x, y), its width a factor `width` in x.
@@ -117,7 +119,7 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
                   const std::vector<std::string>& series);
 
 /// Returns the sheet with these ranges of all panels' axes. Throws Error where an axis is logarithmic and its
-/// range is not above 0.
+/// range is not above 0, and where a panel has no point in them.
 Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
                   const std::optional<std::array<double, 2>>& y);
 

@@ -68,19 +68,16 @@ TextTable without_empty_columns(const TextTable& table) {
 }
 
 /// Fills in report.md: {numbers}, ![figures] and [tables of the records]. A paragraph that begins with (if
-/// CONDITION) is kept where the condition holds. A section whose figures and tables are all empty is removed
-/// with its heading and text.
+/// CONDITION) is kept where the condition holds, one that ends with a colon where a figure or table follows.
+/// A section whose figures and tables are all empty is removed with its heading and text.
 class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
       : source_(source), records_(source.records), pictures_(std::move(pictures)) {
     for (const std::string& scene : scenes_of(records_)) conditions_.insert(scene);
     if (!orders_.rows.empty()) conditions_.insert("orders");
-    if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
-    if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
     if (!equal_rows_.table.rows.empty()) conditions_.insert("equal rows");
     if (has_times(records_)) conditions_.insert("times");
-    if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 
   Document page() {
@@ -105,13 +102,18 @@ class Report {
         contents_.at(paragraph.substr(1, paragraph.size() - 2))();
       }
       ++expected_blocks_;
-      if (page_.blocks.size() > before) ++added_blocks_;
+      if (page_.blocks.size() == before) return;
+      ++added_blocks_;
+      if (introduction_.empty()) return;
+      page_.blocks.insert(page_.blocks.begin() + before, {.kind = Document::Block::Kind::paragraph,
+                                                          .text = std::exchange(introduction_, "")});
     } else if (paragraph.starts_with(condition)) {
       const std::size_t end = paragraph.find(')');
       if (conditions_.contains(paragraph.substr(condition.size(), end - condition.size())))
         add(paragraph.substr(end + 2));
     } else {
-      page_.paragraph(filled(paragraph));
+      introduction_ = filled(paragraph);
+      if (!introduction_.ends_with(':')) page_.paragraph(std::exchange(introduction_, ""));
     }
   }
 
@@ -119,6 +121,7 @@ class Report {
   void end_section() {
     if (expected_blocks_ > 0 && added_blocks_ == 0) page_.blocks.resize(section_);
     expected_blocks_ = added_blocks_ = 0;
+    introduction_.clear();
   }
 
   void picture(const std::string& name) {
@@ -140,9 +143,11 @@ class Report {
     const std::vector<std::string>& won = equal_rows_.won_on;
     const std::vector<std::string>& lost = equal_rows_.not_won_on;
     return fmt::format(
-        fmt::runtime(paragraph), fmt::arg("runs", records_.size()),
-        fmt::arg("scenes", scenes_of(records_).size()), fmt::arg("orders", order_ranges(orders_)),
-        fmt::arg("won", won.size()), fmt::arg("compared", won.size() + lost.size()),
+        fmt::runtime(paragraph),
+        fmt::arg("runs", counted(std::ranges::count(records_, "", &SweepRecord::omitted), "run")),
+        fmt::arg("scenes", counted(scenes_of(records_).size(), "scene")),
+        fmt::arg("orders", order_ranges(orders_)), fmt::arg("won", won.size()),
+        fmt::arg("compared", won.size() + lost.size()),
         fmt::arg("won_scenes", won.empty() ? "" : fmt::format(": {}", fmt::join(won, ", "))),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
         fmt::arg("equal_cost", equal_cost_factor));
@@ -155,10 +160,10 @@ class Report {
     page_.heading(2, "Missed values");
     page_.paragraph(fmt::format(
         "The scenes' known values (closed forms, invariants, bodies that must stand) that runs miss by more "
-        "than the tolerance; {} runs were compared over the whole duration. Each line has the worst value of "
+        "than the tolerance. Compared over the whole duration: {}. Each line has the worst value of "
         "one scene and algorithm over all settings, coarse ones included. Algorithms that "
         "miss the same share a line. The last column has the number of settings that miss it.",
-        judged_runs(records_)));
+        counted(judged_runs(records_), "run")));
     page_.table(bad_figures_table(missed));
   }
 
@@ -186,8 +191,7 @@ class Report {
       if (!sheet.panels.empty()) {
         FigureStyle style;
         style.title = style.caption = false;
-        add_figure(fmt::format("{}: {} against {}", scene, error_or_gap_title(own), cost_title(own)),
-                   "choice-" + scene, rendered(sheet, PictureFormat::svg, style));
+        add_figure(sheet.title, "choice-" + scene, rendered(sheet, PictureFormat::svg, style));
       }
       if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {
         page_.picture(
@@ -229,9 +233,10 @@ class Report {
   const EqualRows equal_rows_ = equal_rows(records_);
   std::set<std::string> conditions_;  ///< true ones: names of scenes, and those the constructor adds
   Document page_;
-  std::size_t section_ = 0;  ///< index of the block of the template's last heading
-  int expected_blocks_ = 0;  ///< figures and tables that the section's template names
-  int added_blocks_ = 0;     ///< those that have data
+  std::size_t section_ = 0;   ///< index of the block of the template's last heading
+  int expected_blocks_ = 0;   ///< figures and tables that the section's template names
+  int added_blocks_ = 0;      ///< those that have data
+  std::string introduction_;  ///< paragraph that ends with a colon, until a figure or table follows
   /// Functions for the tables in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
       {"worst figures", [this] { worst_values(); }},

@@ -67,12 +67,16 @@ double row_rate(const SweepRecord& record) {
   return static_cast<double>(record.metrics->row_solves) / record.duration;
 }
 
+std::string counted(std::size_t number, const char* thing) {
+  return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
+}
+
 bool has_times(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
 }
 
 std::string cost_title(const std::vector<SweepRecord>& records) {
-  return has_times(records) ? "ms of CPU a simulated second" : "rows a simulated second";
+  return has_times(records) ? "ms of CPU a simulated second" : "rows solved in a simulated second";
 }
 
 TextTable choices_table(const std::vector<SweepRecord>& records) {

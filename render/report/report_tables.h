@@ -21,6 +21,9 @@ TextTable choice_table(const std::vector<SweepRecord>& own);
 /// Returns the rows that a measured run solves in a simulated second.
 double row_rate(const SweepRecord& record);
 
+/// Returns "1 run" or "2 runs".
+std::string counted(std::size_t number, const char* thing);
+
 /// Returns whether any run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 

@@ -61,7 +61,7 @@ bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& fa
   });
 }
 
-/// Returns the style of a line. Stable joints, τ other than 1 and few iterations of A2 are dashed.
+/// Returns a line's style: dashed for stable joints, hollow for τ other than 1 and few iterations of A2.
 SeriesStyle family_style(const RunFamily& family, bool contacts) {
   const SweepRecord& record = family.runs.front();
   if (!record.engine.empty()) {
@@ -74,10 +74,10 @@ SeriesStyle family_style(const RunFamily& family, bool contacts) {
     return style;
   }
   SeriesStyle style = style_of(record.settings.algorithm);
-  style.dashed = record.settings.joints == Joints::stable || record.settings.tau != 1 ||
-                 (record.settings.algorithm == Algorithm::a2 && !contacts && record.settings.iterations < 16);
+  const Settings& s = record.settings;
+  style.dashed = s.joints == Joints::stable;
   // gnuplot numbers an empty disc, square or triangle one below the filled one.
-  if (style.dashed) style.shape -= 1;
+  if (s.tau != 1 || (s.algorithm == Algorithm::a2 && !contacts && s.iterations < 16)) style.shape -= 1;
   return style;
 }
 
@@ -110,8 +110,11 @@ class Captioner {
   void add(const RunFamily& family) {
     const SweepRecord& first = family.runs.front();
     const bool is_own = first.engine.empty();
-    LineValues& line = lines_[family.title];
-    line.name = is_own ? std::string(title_of(first.settings.algorithm)) : family.title;
+    const std::string& title = family.title;
+    LineValues& line = lines_[title];
+    line.name = is_own ? std::string(title_of(first.settings.algorithm)) : title;
+    if (is_own && field_named("joints").is_read_by(first.settings.algorithm))
+      factors_.insert(title.substr(std::min({title.find(" τ="), title.find(" κ="), title.size()})));
     for (const SweepRecord& run : family.runs) {
       const Settings& s = run.settings;
       if (field_named("substeps").is_read_by(s.algorithm) && is_own) line.substeps.insert(s.substeps);
@@ -120,8 +123,8 @@ class Captioner {
     }
   }
 
-  /// Names algorithms with one line by their name alone, except A2, whose m matters, and adds the settings of
-  /// each line to the caption.
+  /// Names algorithms with one line by their name alone, except A2, whose m matters, omits τ and κ that all
+  /// lines share from the others' titles, and adds the settings of each line to the caption.
   void finish(Sheet& sheet) const {
     for (Panel& panel : sheet.panels) {
       for (Series& series : panel.series) series.title = short_title(series.title);
@@ -144,10 +147,13 @@ class Captioner {
   std::string short_title(const std::string& title) const {
     const std::string& name = lines_.at(title).name;
     const auto is_named_so = [&](const auto& line) { return line.second.name == name; };
-    return std::ranges::count_if(lines_, is_named_so) == 1 && name != "A2" ? name : title;
+    if (std::ranges::count_if(lines_, is_named_so) == 1 && name != "A2") return name;
+    const bool shares = factors_.size() == 1 && title.ends_with(*factors_.begin());
+    return shares ? title.substr(0, title.size() - factors_.begin()->size()) : title;
   }
 
   std::map<std::string, LineValues> lines_;  ///< by title
+  std::set<std::string> factors_;            ///< " τ=0.6/0.9 κ=1/0.7", of A3 to A5
 };
 
 /// A measure of a run's work.
@@ -177,7 +183,7 @@ std::optional<Series> series_of(const RunFamily& family, bool contacts, const Wo
   if (!series.points.empty()) return series;
   std::vector<std::string> parts;
   for (const auto& [reason, count] : missing)
-    parts.push_back(fmt::format("{} {} {}", count, count == 1 ? "run" : "runs", reason));
+    parts.push_back(fmt::format("{} {}", counted(count, "run"), reason));
   sheet.left_out.push_back(
       {family.runs.front().scene, family.title, fmt::format("{}", fmt::join(parts, ", "))});
   return std::nullopt;
@@ -197,8 +203,7 @@ std::vector<RunFamily> chosen_families(const std::vector<SweepRecord>& records, 
   }
   for (const RunsLeftOut& runs : left_out_of(records)) {
     sheet.left_out.push_back(
-        {records.front().scene, runs.title,
-         fmt::format("{} {}: {}", runs.count, runs.count == 1 ? "run" : "runs", runs.reason)});
+        {records.front().scene, runs.title, fmt::format("{}: {}", counted(runs.count, "run"), runs.reason)});
   }
   return families;
 }
@@ -226,10 +231,6 @@ Sheet error_sheet(const std::vector<SweepRecord>& records, const std::vector<std
   separate_styles(sheet);
   captioner.finish(sheet);
   return sheet;
-}
-
-double substep_of(const SweepRecord& record) {
-  return sub_step_of(record.settings);
 }
 
 }  // namespace
@@ -261,8 +262,8 @@ Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts) {
                       {"The same scene files, one core. Down and to the left is better."});
     case WorkFigure::engine_steps:
       return sheet_of("Beside other engines, by step", "h / n, s", is_any, substep_of,
-                      {"Nothing was tuned: each engine has the settings that it ships with, which the table "
-                       "of engines lists."});
+                      {"Nothing was tuned: engines have the settings that they ship with and n = 1, Rapier "
+                       "n = m. Errors below 1e-10 are drawn there."});
     case WorkFigure::rows:
       break;
   }
@@ -281,7 +282,10 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
   const auto cost = [is_timed = has_times(own)](const SweepRecord& record) {
     return is_timed ? 1000 * cpu_time_of(record) : row_rate(record);
   };
-  Sheet sheet = error_sheet(own, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
+  const std::string& scene = own.front().scene;
+  Sheet sheet = error_sheet(own, {scene},
+                            fmt::format("{}: {} against {}", scene, error_or_gap_title(own), cost_title(own)),
+                            cost_title(own), is_ours, cost);
   if (sheet.panels.empty()) return sheet;
   sheet.columns = 1;
   sheet.width = 560;
@@ -309,9 +313,12 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
 Sheet order_sheet(const FigureSource& source) {
   Sheet sheet = error_sheet(source.records, plotted_scenes(source, false),
                             "Error against the (sub-)step: order", "h / n, s", is_ours, substep_of);
+  std::erase_if(sheet.panels, [](const Panel& panel) {
+    return std::ranges::none_of(panel.series, [](const Series& line) { return line.points.size() > 1; });
+  });
   for (Panel& panel : sheet.panels) {
     // Put the triangle below the line of A1, or of the first family
-    if (panel.series.empty() || panel.series.front().points.size() < 2) continue;
+    if (panel.series.front().points.size() < 2) continue;
     const auto& points = panel.series.front().points;
     const auto& anchor = points[points.size() / 2];
     panel.triangles = {{anchor[0] * 1.3, anchor[1] * 0.12, 3, 1}};
@@ -341,6 +348,7 @@ Sheet slopes_sheet(const FigureSource& source) {
           "The slope of 'error against the (sub-)step' from each run to the next, at the geometric mean of "
           "their (sub-)steps. Slopes below −1 and above 3 are drawn at the border. 1 is first order, 0 no "
           "gain."}};
+  Captioner captioner;
   for (const std::string& scene : plotted_scenes(source, false)) {
     Panel panel{.title = scene, .x = {"h / n, s", true}, .y = {"powers of two per halving", false, range}};
     for (const RunFamily& family : chosen_families(of_scene(source.records, scene), is_ours, sheet)) {
@@ -353,11 +361,13 @@ Sheet slopes_sheet(const FigureSource& source) {
              "no two runs with h/n halved that are bounded and well above the reference's uncertainty"});
       } else {
         panel.series.push_back(std::move(series));
+        captioner.add(family);
       }
     }
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
   separate_styles(sheet);
+  captioner.finish(sheet);
   return sheet;
 }
 

@@ -122,6 +122,10 @@ Settings SolverOptions::settings(const Scene& scene) const {
   apply_to(typed);
   const Settings result = settings(scene, typed.algorithm);
   check(result);
+  for (const SettingsField& field : settings_fields) {
+    if (has(field.name) && !field.is_read_by(result.algorithm))
+      fmt::print(stderr, "substep: note: {} does not read {}\n", title_of(result.algorithm), field.name);
+  }
   if (step_ && result.step > longest_usual_step) {
     fmt::print(stderr, "substep: note: --step {} is a step of {:g} s: sixty steps a second are --step 1/60\n",
                *step_, result.step);
@@ -163,6 +167,14 @@ void note_cost_of_a1(const Scene& scene) {
 void note_damaged_jobs(const Sweep& sweep, const std::filesystem::path& results) {
   for (const std::filesystem::path& file : damaged_jobs(sweep, results))
     fmt::print(stderr, "substep: note: {}: is damaged: it is measured again\n", file.string());
+}
+
+void note_omitted_runs(const std::vector<SweepRecord>& records) {
+  const auto is_omitted = [](const SweepRecord& record) { return !record.omitted.empty(); };
+  const auto first = std::ranges::find_if(records, is_omitted);
+  if (first == records.end()) return;
+  fmt::print(stderr, "substep: note: {} of {} runs are omitted; the first is {}: {}\n",
+             std::ranges::count_if(records, is_omitted), records.size(), first->key, first->omitted);
 }
 
 void SceneOptions::add_to(CLI::App& command) {

@@ -19,6 +19,7 @@
 namespace substep {
 
 struct Sweep;
+struct SweepRecord;
 
 /// Reads seconds: "0.01" or "1/60". `option` is for the message. Throws Error.
 double seconds_in(const std::string& text, const std::string& option);
@@ -79,6 +80,9 @@ void note_cost_of_a1(const Scene& scene);
 
 /// Says on stderr which of the sweep's results are damaged: they are measured again.
 void note_damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
+
+/// Says on stderr how many runs of a sweep are omitted, and why the first is.
+void note_omitted_runs(const std::vector<SweepRecord>& records);
 
 /// A scene's file and, for a mesh without a scene, how it becomes one; as typed.
 struct SceneOptions {

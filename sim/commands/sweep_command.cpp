@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -94,11 +93,7 @@ void run(SweepCommand& command) {
   for (const char* const name : {"errors.csv", "times.csv", "sweep.json"}) {
     fmt::print("wrote {}\n", (command.options.results / name).string());
   }
-  const auto is_omitted = [](const SweepRecord& record) { return !record.omitted.empty(); };
-  const auto first = std::ranges::find_if(records, is_omitted);
-  if (first == records.end()) return;
-  fmt::print(stderr, "substep: note: {} of {} runs are omitted; the first is {}: {}\n",
-             std::ranges::count_if(records, is_omitted), records.size(), first->key, first->omitted);
+  note_omitted_runs(records);
 }
 
 }  // namespace

@@ -17,16 +17,23 @@ std::string optional_number(const std::optional<double>& value) {
   return value ? short_number(*value) : "";
 }
 
-/// Returns an error, with ≈ where it is at least 1e-12 and below 100 uncertainties of the reference.
+constexpr double smallest_error = 1e-12;  // m, rad: above the arithmetic's rounding
+
+/// Returns an error, with ≈ where it is at least `smallest_error` and below 100 uncertainties of the
+/// reference.
 std::string error_number(double value, double uncertainty) {
-  constexpr double rounding = 1e-12;
-  const bool is_certain = !(value >= rounding) || value >= 100 * uncertainty;
+  const bool is_certain = !(value >= smallest_error) || value >= 100 * uncertainty;
   return fmt::format("{}{}", is_certain ? "" : "≈", short_number(value));
 }
 
 /// Returns "A3" of an algorithm.
 std::string short_label(const MeasuredSettings& run) {
   return run.author.empty() ? label(run).substr(0, 2) : run.author;
+}
+
+/// Returns the count; nothing for a run of another program.
+std::string row_solves_text(const MeasuredSettings& run) {
+  return run.author.empty() ? std::to_string(run.metrics.row_solves) : "";
 }
 
 TextTable errors_of(const SceneMeasurement& m) {
@@ -43,7 +50,7 @@ TextTable errors_of(const SceneMeasurement& m) {
                           error_number(x.error.orientation.largest, m.reference.uncertainty().turn),
                           error_number(x.parts.stepping, m.reference.uncertainty().position),
                           optional_number(x.parts.solver), optional_number(x.parts.model),
-                          short_number(x.residual.rms), std::to_string(x.row_solves)});
+                          short_number(x.residual.rms), row_solves_text(run)});
   }
   return table;
 }
@@ -203,7 +210,8 @@ bool is_all_bounded(const SceneMeasurement& m) {
 }
 
 /// Returns at most six columns: row solves (`settings_in_rows`), CPU time, errors, and gaps, overlaps, motion
-/// and energy rise where a run has any; `bounded` where a run is not.
+/// and energy rise where a run has any; `bounded` where a run is not. Errors of turns are among them where no
+/// bodies are joined or touch, or a run errs far more in turns than in centres.
 std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows) {
   std::vector<Column> columns;
   const auto add = [&](int rank, std::string head, std::function<std::string(const MeasuredSettings&)> cell) {
@@ -214,9 +222,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
     if (std::ranges::any_of(m.runs, is_positive))
       add(rank, head, [value](const MeasuredSettings& run) { return short_number(run.metrics.*value); });
   };
-  if (settings_in_rows) {
-    add(0, "row solves", [](const MeasuredSettings& run) { return std::to_string(run.metrics.row_solves); });
-  }
+  if (settings_in_rows && m.runs.front().author.empty()) add(0, "row solves", row_solves_text);
   if (has_times(m)) {
     add(0, "CPU, ms a simulated second", [&m](const MeasuredSettings& run) {
       return fmt::format("~{:.2g}", 1000 * run.times->median / m.duration);
@@ -232,8 +238,14 @@ std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows)
   const auto touches = [](const MeasuredSettings& run) {
     return run.metrics.joint_gap > 0 || run.metrics.penetration > 0;
   };
-  if (std::ranges::none_of(m.runs, touches)) {
-    add(0, "RMS turn, rad", [&m](const MeasuredSettings& run) {
+  const auto turns_in_place = [&m](const MeasuredSettings& run) {
+    const MotionDifference& error = run.metrics.error;
+    return error.orientation.rms >= smallest_error &&
+           error.position.rms < 1e-4 * m.size * error.orientation.rms;
+  };
+  const bool is_apart = std::ranges::none_of(m.runs, touches);
+  if (is_apart || std::ranges::any_of(m.runs, turns_in_place)) {
+    add(is_apart ? 0 : 1, "RMS turn, rad", [&m](const MeasuredSettings& run) {
       return error_number(run.metrics.error.orientation.rms, m.reference.uncertainty().turn);
     });
   }

@@ -241,10 +241,9 @@ class Reader : private TomlValues {
     if (const auto* const node = table.get("algorithms")) grid.algorithms = algorithms(*node, "algorithms");
     for (const toml::node* const node : list(table, "engines")) {
       grid.engines.push_back(text(*node, "engines"));
-      if (grid.engines.back().empty() || grid.engines.back().find_first_not_of(
-                                             "abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos) {
-        fail(*node, "'engines' must consist of lower-case letters, digits and -");
-      }
+      if (!is_engine_name(grid.engines.back()))
+        fail(*node,
+             fmt::format("there is no engine '{}'; there are {}", grid.engines.back(), engine_names()));
     }
     const auto divisions = list(table, "divisions");
     if (!divisions.empty()) grid.divisions.clear();

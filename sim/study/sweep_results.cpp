@@ -297,6 +297,12 @@ bool is_other_engine(const SweepRecord& record) {
   return !record.engine.empty() && !(engine && engine->is_ours);
 }
 
+double substep_of(const SweepRecord& record) {
+  const Engine* const engine = find_engine(record.engine);
+  return sub_step_of(record.settings) /
+         (engine && engine->iterations_are_substeps ? record.settings.iterations : 1);
+}
+
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return infinity;
   const MotionDifference& error = record.metrics->error;

@@ -96,6 +96,9 @@ std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, dou
 /// Returns the bounded runs that err by a fifth less than every cheaper one, the cheapest first.
 std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
 
+/// Returns the sub-step of a run, s: of an engine whose iterations are sub-steps, the step over these.
+double substep_of(const SweepRecord& record);
+
 /// Returns the CPU time of a simulated second, s; NaN where there are no times.
 double cpu_time_of(const SweepRecord& record);
 

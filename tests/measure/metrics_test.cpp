@@ -195,6 +195,21 @@ TEST(MeasurementTables, HaveRowForEachRun) {
               HasSubstr("\n| A5  n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60 | "));
 }
 
+// A flywheel's centre stays where it is however wrong its angle.
+TEST(MeasurementTables, ShowTurnsThatCentresDoNotShow) {
+  SceneMeasurement measurement;
+  measurement.size = 1;
+  measurement.reference.horizon = 1;
+  measurement.runs.resize(1);
+  Metrics& metrics = measurement.runs[0].metrics;
+  metrics.joint_gap = 1e-14;
+  metrics.error.orientation.rms = 0.36;
+  EXPECT_THAT(to_text(measurement, false, false),
+              testing::AllOf(HasSubstr("RMS turn, rad"), HasSubstr("0.36")));
+  metrics.error.position.rms = 0.01;
+  EXPECT_THAT(to_text(measurement, false, false), Not(HasSubstr("RMS turn, rad")));
+}
+
 TEST(StageTimes, ArePositiveForEachStage) {
   Scene scene = scene_named("box_stack");
   scene.duration = 3 * scene.step;

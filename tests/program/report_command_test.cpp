@@ -39,6 +39,9 @@ TEST_F(FigureCommand, RefusesBadOptions) {
         {"stability --width 5", "--width '5'"},
         {"stability --x-range 2:1", "--x-range '2:1': give FROM:TO"},
         {"stability --series A9", "no series 'A9': it has stable; unstable; closed form"},
+        {"stability --x-range 5:6", "no point of the panel 'A3' lies in the range"},
+        {"stability --caption --no-caption", "excludes"},
+        {"stability --font Nonsense", "--font 'Nonsense': is not installed"},
         {"stability --font \"a'b\"", "--font 'a'b': give a font's name"}})
     refuses(std::string("report figure ") + words, message);
 }

@@ -121,6 +121,11 @@ TEST_F(RunCommand, RefusesJointsThatOpenByMoreThanTheScene) {
   EXPECT_EQ(shell("run $S/pendulum.gltf").err, "");
 }
 
+TEST_F(RunCommand, NotesSettingsThatAreNotRead) {
+  expect("run $S/pendulum.gltf --duration 0 --algorithm a1 --substeps 4 --set tau=0.3", 0, {},
+         {"note: A1 does not read substeps\n", "note: A1 does not read tau\n"});
+}
+
 TEST_F(RunCommand, NotesCostOfA1) {
   write("cube.obj",
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

@@ -77,6 +77,12 @@ TEST(Plot, HasTheWidthAndTextSizeForPrint) {
   }
 }
 
+TEST(Plot, HasTheFontAskedFor) {
+  // On screens a rule of the style sheet decides, not the attributes that gnuplot writes
+  EXPECT_THAT(draw(two_panels(), PictureFormat::svg, {.font = "Liberation Sans"}),
+              AllOf(HasSubstr("text{font-family:'Liberation Sans',"), Not(HasSubstr("DejaVu Sans"))));
+}
+
 TEST(Plot, OmitsTitleCaptionAndBackground) {
   FigureStyle style{.width = 85, .title = false, .caption = false, .transparent = true};
   const std::string svg = draw(two_panels(), PictureFormat::svg, style);
@@ -118,6 +124,10 @@ TEST(Plot, HasTheRangeAskedFor) {
   EXPECT_THAT(svg_of(with_ranges(thousands, std::array<double, 2>{2000, 8000}, {})),
               AllOf(HasSubstr(">2000</tspan>"), HasSubstr(">8000</tspan>")));
   EXPECT_THROW(with_ranges(two_panels(), {}, std::array<double, 2>{0, 1}), Error);
+  EXPECT_EQ(test::message_of([] {
+              with_ranges(two_panels(), std::array<double, 2>{2, 9}, {});
+            }),
+            "no point of the panel 'under_score' lies in the range");
 }
 
 struct Box {

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 
 #include "render/report/figures.h"
 #include "render/report/report.h"
@@ -146,6 +148,7 @@ TEST_F(SweepResults, FillInThePage) {
   const std::string page = to_markdown(report_page(source(), {{"order", {"<svg/>", {}, {}, {}}}}));
   EXPECT_THAT(page, testing::StartsWith("# Speed against error of A1 to A5\n\n## What to choose\n"));
   EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the root mean square distance"));
+  EXPECT_THAT(page, HasSubstr("![pendulum: RMS error / size against rows solved in a simulated second]"));
   EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // the template breaks a line here
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](<figures/order.svg>)"));
   for (const char* const heading :
@@ -209,6 +212,49 @@ TEST_F(SweepResults, ShowScenesThatAnEngineRan) {
   EXPECT_EQ(std::ranges::count(by_m.panels[0].series, "some-engine m=4", &Series::title), 1);
   for (const Series& series : by_m.panels[0].series)
     EXPECT_EQ(std::ranges::count(by_m.panels[0].series, series.style, &Series::style), 1) << series.title;
+}
+
+TEST_F(SweepResults, DrawIterationsOfRapierAsSubsteps) {
+  FigureSource beside = source();
+  SweepRecord& record = beside.records.emplace_back(beside.records.front());
+  record.engine = "rapier";
+  record.settings = {.step = 1.0 / 60, .substeps = 1, .iterations = 10};
+  const Sheet sheet = figure_named("engine-steps").make(beside);
+  ASSERT_EQ(sheet.panels.size(), 1u);
+  const auto rapier = std::ranges::find(sheet.panels[0].series, "Rapier 0.21", &Series::title);
+  ASSERT_NE(rapier, sheet.panels[0].series.end());
+  EXPECT_DOUBLE_EQ(rapier->points.at(0)[0], 1.0 / 600);
+}
+
+TEST_F(SweepResults, DashStableJointsAlone) {
+  FigureSource soft = source();
+  for (SweepRecord& record : soft.records) {
+    Settings& s = record.settings;
+    if (s.algorithm >= Algorithm::a3 && s.joints != Joints::rows) s.tau = s.contact_tau = 0.6;
+  }
+  const Sheet sheet = figure_named("order").make(soft);
+  std::map<std::string, SeriesStyle> styles;
+  for (const Series& series : sheet.panels.at(0).series) styles[series.title] = series.style;
+  // All three share τ = 0.6, which the caption names.
+  for (const char* const title : {"A3", "A4", "A5"}) {
+    const SeriesStyle plain = styles.at(std::string(title) + " plain");
+    SeriesStyle stable = styles.at(std::string(title) + " stable");
+    EXPECT_TRUE(stable.dashed && !plain.dashed) << title;
+    stable.dashed = false;
+    EXPECT_EQ(stable, plain) << title;
+  }
+  EXPECT_THAT(caption_text(sheet), HasSubstr("stable τ=0.6"));
+}
+
+TEST_F(SweepResults, LeaveOutLinesOfOnePoint) {
+  FigureSource single = source();
+  std::set<std::pair<std::string, Algorithm>> seen;
+  std::erase_if(single.records, [&](const SweepRecord& record) {
+    return !seen.emplace(record.scene, record.settings.algorithm).second;
+  });
+  EXPECT_TRUE(figure_named("order").make(single).panels.empty());
+  const std::string page = to_markdown(report_page(single, {}));
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("From each run to the next")), Not(HasSubstr(":\n\n#"))));
 }
 
 TEST_F(SweepResults, NameTheSideAheadAtEachError) {

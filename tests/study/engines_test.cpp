@@ -301,7 +301,7 @@ TEST_F(CommandEngine, ReportsFailedCommand) {
   EXPECT_EQ(refusal("sleep 20", 0.1), "sh has not ended after 0.1 s");
   EXPECT_EQ(refusal("true"), "sh wrote no poses");
   EXPECT_EQ(refusal(table_ + "; exit 1"), "sh ended with exit code 1");
-  EXPECT_THAT(refusal("echo t > \"$3\""), testing::HasSubstr("poses.csv:1: the header lacks body"));
+  EXPECT_THAT(refusal("echo t > \"$3\""), testing::StartsWith("sh: poses.csv:1: the header lacks body"));
   EXPECT_THROW(run_command({"true", "{scene}"}, scene_, {}), Error);
   EXPECT_THROW(run_command({"no-such-program", "{poses}"}, scene_, {}), Error);
 }

@@ -115,7 +115,14 @@ std::vector<State> run_command(const Command& command, const Scene& scene, const
   run_program(words, time_limit);
   std::error_code ignored;
   if (!fs::is_regular_file(poses, ignored)) throw Error("{} wrote no poses", words.front());
-  return read_pose_table(poses, scene, settings.step);
+  try {
+    return read_pose_table(poses, scene, settings.step);
+  } catch (const Error& error) {
+    // The folder is removed.
+    std::string message = error.what();
+    replace(message, folder.path().string() + "/", fmt::format("{}: ", words.front()));
+    throw Error(message);
+  }
 }
 
 }  // namespace substep

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -180,6 +181,7 @@ std::vector<Engine> built() {
 #endif
   all.push_back(node_engine("rapier", "Rapier 0.21", "solver iterations, all else as it ships",
                             "@dimforge/rapier3d-compat", true));
+  all.back().iterations_are_substeps = true;
   all.push_back(node_engine("jolt", "Jolt 1.1", "velocity steps, no damping, all else as it ships",
                             "jolt-physics", true));
   all.push_back(node_engine("mujoco3", "MuJoCo 3.14",
@@ -198,6 +200,13 @@ const std::vector<Engine>& engines() {
 const Engine* find_engine(std::string_view name) {
   const auto found = std::ranges::find(engines(), name, &Engine::name);
   return found == engines().end() ? nullptr : &*found;
+}
+
+bool is_engine_name(std::string_view name) {
+  // Name those that a build may lack
+  constexpr std::array<std::string_view, 6> optional{"bullet-si",     "bullet-dantzig", "ode-step",
+                                                     "ode-quickstep", "mujoco-euler",   "mujoco-rk4"};
+  return find_engine(name) != nullptr || std::ranges::find(optional, name) != optional.end();
 }
 
 std::string engine_names() {

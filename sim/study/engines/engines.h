@@ -27,6 +27,7 @@ struct Engine {
   bool has_iterations = false;  ///< true where it reads Settings::iterations
   /// True where the engine runs in another program, so that its times cannot be compared.
   bool is_command = false;
+  bool iterations_are_substeps = false;
 };
 
 /// Returns the accurate mode, then the built engines, then those on npm.
@@ -34,6 +35,9 @@ const std::vector<Engine>& engines();
 
 /// Returns the engine of a name, or null.
 const Engine* find_engine(std::string_view name);
+
+/// Returns whether engines() of some build has the name.
+bool is_engine_name(std::string_view name);
 
 /// Returns the names of engines(), for messages: "order-4, order-8, …".
 std::string engine_names();
