@@ -76,6 +76,7 @@ struct Constraints {
   /// Impulses of the rows in the last sub-step of the step before; empty without a warm start.
   std::vector<double> last_step_impulses;
   int limits_of = 1;          ///< number of sub-steps that have begun: limits are multiplied by it
+  double bias_scale = 1;      ///< factor of stabilized rows' β: τ/κ in A5
   bool is_limit_hit = false;  ///< a rigid one-sided limit is hit in the sub-step
   ContactBatches contacts;    ///< a sweep solves them last
 

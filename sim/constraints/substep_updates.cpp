@@ -26,9 +26,15 @@ bool hits_limit(const Problem& problem, const Block& x, const std::vector<Veloci
   const Row& row = problem.c.rows[x.first];
   if (x.kind != Block::Kind::limit || !x.stabilized || row.low < 0) return false;
   const double approach = -row_velocity(row, v[x.a], v[x.b]);
-  const double beta = row.beta - (sum_v ? row_velocity(row, (*sum_v)[x.a], (*sum_v)[x.b]) : 0);
+  const double followed = sum_v ? row_velocity(row, (*sum_v)[x.a], (*sum_v)[x.b]) : 0;
+  const double beta = (row.beta - followed) / problem.c.bias_scale;
   // β = −room/hs. With τ < 1 the row brakes before the room is closed, so count one sub-step more.
-  if (approach <= 0 || 2 * approach + beta < 0) return false;
+  // Without gravity, bodies at rest at their bound would hit it by rounding alone.
+  const auto speed = [](const Velocity& body, const Vector3& angular) {
+    return body.linear.norm() + angular.norm() * body.angular.norm();
+  };
+  const double rounding = 1e-9 * (speed(v[x.a], row.angular_a) + speed(v[x.b], row.angular_b));
+  if (approach <= rounding || 2 * approach + beta < 0) return false;
   // Compare energies, so that angles and lengths have one rule.
   const double gained = 2 * problem.substeps.duration * problem.model->gravity.norm();
   return approach * approach * row.effective_mass * (x.inverse_mass_a + x.inverse_mass_b) > gained * gained;
@@ -184,10 +190,10 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
 }
 
 void box_biases(Constraints& c, const Settings& settings) {
-  const double share = settings.tau / settings.kappa;
+  c.bias_scale = settings.tau / settings.kappa;
   for (const Block& x : c.blocks) {
     if (!x.stabilized) continue;
-    for (Row& row : c.rows_of(x)) row.beta *= share;
+    for (Row& row : c.rows_of(x)) row.beta *= c.bias_scale;
   }
   box_biases(c.contacts, settings.of_contacts());
 }
