@@ -159,11 +159,6 @@ Json node_at(const std::string& name, const Vector3& translation, const Quaterni
           {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
-/// Returns the rotation from −Z, along which cameras and lights look, to a direction.
-Quaternion looking_along(const Vector3& direction) {
-  return shortest_rotation(-Vector3::UnitZ(), direction.normalized());
-}
-
 void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   constexpr float reach = 50;
   Primitive square;
@@ -172,7 +167,7 @@ void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   square.indices = {0, 1, 2, 0, 2, 3};
   square.material = meshes.add_plain({{}, {}, {0.46F, 0.415F, 0.36F}, 0, 0.95F});
   const double height = ground_height(scene, meshes.parts());
-  writer.add_node({{"name", "ground"}, {"mesh", meshes.add({square})}, {"translation", {0, height, 0}}});
+  writer.add("nodes", {{"name", "ground"}, {"mesh", meshes.add({square})}, {"translation", {0, height, 0}}});
 }
 
 /// Returns the renderer's automatic camera for a picture of 16:9.
@@ -192,7 +187,7 @@ void add_camera(GlbWriter& writer, const Camera& camera) {
         {"perspective", {{"yfov", camera.vertical_field_of_view}, {"znear", 0.01}, {"zfar", 1000}}}}});
   Json node = node_at("camera", camera.pose.position, camera.pose.orientation);
   node["camera"] = 0;
-  writer.add_node(std::move(node));
+  writer.add("nodes", std::move(node));
 }
 
 void add_light(GlbWriter& writer, const char* name, const Light& light) {
@@ -207,10 +202,12 @@ void add_light(GlbWriter& writer, const char* name, const Light& light) {
   writer.use("KHR_lights_punctual");
   Json& lights = writer.root()["extensions"]["KHR_lights_punctual"]["lights"];
   lights.push_back(std::move(json));
-  Json node = node_at(name, light.position, looking_along(light.direction));
+  // Rotate from −Z, along which lights look
+  const Quaternion rotation = shortest_rotation(-Vector3::UnitZ(), light.direction.normalized());
+  Json node = node_at(name, light.position, rotation);
   node["extensions"]["KHR_lights_punctual"]["light"] = lights.size() - 1;
   if (light.kind == Light::Kind::point) node.erase("rotation");
-  writer.add_node(std::move(node));
+  writer.add("nodes", std::move(node));
 }
 
 /// Adds the scene's sun and lights; the default sun only where the scene has no light.
@@ -277,7 +274,7 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
     if (body > 0) node = node_at(scene.bodies[body].name, start[body].linear, start[body].angular);
     const int mesh = meshes.add(meshes.primitives_of(body));
     if (mesh >= 0) node["mesh"] = mesh;
-    writer.add_node(std::move(node));
+    writer.add("nodes", std::move(node));
   }
   const std::vector<std::vector<Coordinates>> at_start{start};
   const auto shown = frames.empty() ? std::span(at_start) : frames;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "render/textures.h"
@@ -55,10 +56,6 @@ int GlbWriter::add(const char* list, Json entry) {
 int GlbWriter::add_once(const char* list, const Json& entry) {
   const auto known = std::ranges::find(root_[list], entry);
   return known == root_[list].end() ? add(list, entry) : static_cast<int>(known - root_[list].begin());
-}
-
-int GlbWriter::add_node(Json node) {
-  return roots_.emplace_back(add("nodes", std::move(node)));
 }
 
 int GlbWriter::add_floats(const std::vector<float>& values, int width, bool has_range, bool is_attribute) {
@@ -155,7 +152,9 @@ int GlbWriter::add_material(const Surface& surface, const Scene& scene) {
 
 std::string GlbWriter::bytes() {
   root_["scene"] = 0;
-  root_["scenes"] = Json::array({{{"nodes", roots_}}});
+  std::vector<std::size_t> nodes(root_["nodes"].size());
+  std::iota(nodes.begin(), nodes.end(), 0);
+  root_["scenes"] = Json::array({{{"nodes", nodes}}});
   root_["buffers"] = Json::array({{{"byteLength", binary_.size()}}});
   // Names that are not UTF-8 get a replacement character.
   std::string text = root_.dump(-1, ' ', false, Json::error_handler_t::replace);

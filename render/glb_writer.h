@@ -20,11 +20,8 @@ class GlbWriter {
 
   Json& root() { return root_; }
 
-  /// Appends an entry to a list of the file and returns its index.
+  /// Appends an entry to a list of the file and returns its index. All nodes are in the file's one scene.
   int add(const char* list, Json entry);
-
-  /// Adds a node to the file's one scene; returns its index.
-  int add_node(Json node);
 
   /// Adds an accessor; returns its index. `width`: numbers of an element, 1 to 4. `is_attribute`: of
   /// vertices, not of an animation. `has_range`: the accessor has the least and largest numbers.
@@ -46,7 +43,6 @@ class GlbWriter {
 
   Json root_;
   std::string binary_;
-  std::vector<int> roots_;
   std::map<int, int> images_;  ///< the file's index of each image, by the scene's
 };
 

@@ -26,22 +26,19 @@ glm::dvec4 clip_of(const Vector3& p, const glm::dmat4& clip_from_world) {
   return clip_from_world * glm::dvec4(to_glm(p), 1);
 }
 
-/// Finds the bounds, from −1 to 1, of a part in the picture; all of it where a corner is beside or behind the
-/// eye.
-void find_bounds(const Part& part, const Coordinates& q, const glm::dmat4& clip_from_world, glm::dvec2& low,
-                 glm::dvec2& high) {
-  low = glm::dvec2(infinity);
-  high = glm::dvec2(-infinity);
+/// Returns the lower left and upper right bounds, from −1 to 1, of a part in the picture; all of it where a
+/// corner is beside or behind the eye.
+std::array<glm::dvec2, 2> bounds_in(const Part& part, const Coordinates& q,
+                                    const glm::dmat4& clip_from_world) {
+  glm::dvec2 low(infinity);
+  glm::dvec2 high(-infinity);
   for (const Vector3& corner : part.corners_at(q)) {
     const glm::dvec4 clip = clip_of(corner, clip_from_world);
-    if (!(clip.w > 1e-6)) {
-      low = glm::dvec2(-1);
-      high = glm::dvec2(1);
-      return;
-    }
+    if (!(clip.w > 1e-6)) return {glm::dvec2(-1), glm::dvec2(1)};
     low = glm::min(low, glm::dvec2(clip) / clip.w);
     high = glm::max(high, glm::dvec2(clip) / clip.w);
   }
+  return {low, high};
 }
 
 }  // namespace
@@ -84,9 +81,7 @@ std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coo
   for (const Part& part : parts) {
     const Coordinates& q = poses[part.body];
     if (!is_drawable(q)) continue;
-    glm::dvec2 low;
-    glm::dvec2 high;
-    find_bounds(part, q, clip_from_world, low, high);
+    const auto [low, high] = bounds_in(part, q, clip_from_world);
     const auto [left, right] = tile_range(low.x, high.x, width);
     const auto [bottom, top] = tile_range(low.y, high.y, height);
     for (int y = bottom; y < top; ++y) {

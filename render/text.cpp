@@ -26,8 +26,6 @@ std::string_view DejaVuSans_Bold_ttf();
 namespace substep::render {
 namespace {
 
-using Color = std::array<std::uint8_t, 3>;
-
 /// The number of distinct horizontal positions of a glyph within a pixel.
 constexpr int subpixels = 4;
 

@@ -10,9 +10,11 @@
 
 namespace substep::render {
 
+using Color = std::array<std::uint8_t, 3>;
+
 struct TextStyle {
   double size = 18;  ///< pixels from ascender to descender
-  std::array<std::uint8_t, 3> color{255, 255, 255};
+  Color color{255, 255, 255};
   bool bold = false;
 };
 
@@ -29,12 +31,11 @@ std::string cut(const std::string& text, const TextStyle& style, double width);
 void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style);
 
 /// Blends a rectangle; alpha 0–1. Clips.
-void fill_rectangle(Image& image, int x, int y, int width, int height, std::array<std::uint8_t, 3> color,
-                    double alpha = 1);
+void fill_rectangle(Image& image, int x, int y, int width, int height, Color color, double alpha = 1);
 
 /// Draws an anti-aliased line, width in pixels. Clips.
-void draw_line(Image& image, double x0, double y0, double x1, double y1, double width,
-               std::array<std::uint8_t, 3> color, double alpha = 1);
+void draw_line(Image& image, double x0, double y0, double x1, double y1, double width, Color color,
+               double alpha = 1);
 
 /// Copies `source` with its top left corner at (x, y); clips.
 void paste(Image& image, const Image& source, int x, int y);

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <random>
 #include <string>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "sim/error.h"
+#include "sim/log/file_output.h"
 #include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
@@ -26,10 +26,7 @@ inline std::vector<std::string> corpus(const std::string& folder) {
     files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   std::vector<std::string> contents;
-  for (const std::filesystem::path& file : files) {
-    std::ifstream stream(file, std::ios::binary);
-    contents.emplace_back(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-  }
+  for (const std::filesystem::path& file : files) contents.push_back(content_of(file).value());
   return contents;
 }
 

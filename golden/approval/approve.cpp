@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -70,34 +71,19 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   }
 }
 
-/// The hashes of the suite's scenes as they are now.
-class SceneHashes {
- public:
-  explicit SceneHashes(const fs::path& suite) : suite_(read_suite(suite)) {}
-
-  /// Returns the hash of the case's scene. Throws Error where it cannot be loaded.
-  const std::string& of(const std::string& case_name) {
-    const fs::path scene = select(suite_, {case_name}).at(0).scene;
-    std::string& hash = hashes_[scene];
-    if (hash.empty()) hash = hash_text(load_scene(scene).hash);
-    return hash;
-  }
-
- private:
-  Suite suite_;
-  std::map<fs::path, std::string> hashes_;
-};
+/// Returns the hash of a case's scene as it is now. Throws Error where it cannot be loaded.
+using SceneHash = std::function<std::string(const std::string& case_name)>;
 
 /// Returns the files to write for one case, the sidecar last; empty when its goldens equal those of the check
 /// already. Throws Error where the case cannot be approved.
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
-                                   const fs::path& suite_folder, SceneHashes& scenes) {
+                                   const fs::path& suite_folder, const SceneHash& scene_hash) {
   const auto refuse = [&](const std::string& why) {
     throw Error("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why);
   };
   if (const auto refusal = entry.at("refusal").get<std::string>(); !refusal.empty()) refuse(refusal);
   Json sidecar = entry.at("sidecar");
-  if (scenes.of(entry.at("name")) != sidecar.at("scene_hash"))
+  if (scene_hash(entry.at("name")) != sidecar.at("scene_hash"))
     refuse("its scene is no longer what the check loaded: run 'substep check' again");
   std::vector<NewGolden> files;
   for (const Json& candidate : entry.at("candidates")) {
@@ -123,9 +109,9 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
 }
 
 /// Returns the files to write for all chosen cases. Appends cases without any to `approval.already_good`.
-std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options,
-                                       const fs::path& suite, Approval& approval) {
-  if (results.at("suite_hash") != content_hash(read_bytes(suite))) {
+std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions& options, const Suite& suite,
+                                       Approval& approval) {
+  if (results.at("suite_hash") != content_hash(read_bytes(suite.file))) {
     throw Error("{} is not the suite file that was checked: run 'substep check' again",
                 options.suite.string());
   }
@@ -141,7 +127,13 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
       throw Error("the last check had no case '{}'; it had {}", wanted, fmt::join(checked, " "));
     }
   }
-  SceneHashes scenes(suite);
+  std::map<fs::path, std::string> hashes;  // by file
+  const auto scene_hash = [&](const std::string& case_name) {
+    const fs::path scene = select(suite, {case_name}).at(0).scene;
+    std::string& hash = hashes[scene];
+    if (hash.empty()) hash = hash_text(load_scene(scene).hash);
+    return hash;
+  };
   std::vector<NewGolden> all;
   for (const Json& entry : cases) {
     const auto name = entry.at("name").get<std::string>();
@@ -152,7 +144,7 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
     // The sidecar of a case that passes may be out of date.
     const bool is_up_to_date = passed && !entry.contains("sidecar");
     std::vector<NewGolden> files;
-    if (!is_up_to_date) files = new_goldens(entry, options, suite.parent_path(), scenes);
+    if (!is_up_to_date) files = new_goldens(entry, options, suite.folder(), scene_hash);
     if (files.empty()) approval.already_good.push_back(name);
     std::ranges::move(files, std::back_inserter(all));
   }
@@ -170,7 +162,7 @@ Approval approve(const ApproveOptions& options) {
   Approval approval;
   std::vector<NewGolden> files;
   try {
-    files = all_new_goldens(results, options, suite_file(options.suite), approval);
+    files = all_new_goldens(results, options, read_suite(options.suite), approval);
   } catch (const Json::exception& error) {
     throw Error("{}: is damaged: run 'substep check' again ({})", results_file(options.output).string(),
                 error.what());

@@ -23,7 +23,7 @@ namespace substep::golden {
 /// The cases of a check.
 struct CheckPlan {
   Suite suite;
-  CheckOptions options;  ///< with the suite's file
+  CheckOptions options;
   std::vector<SuiteCase> cases;
 };
 
@@ -101,7 +101,6 @@ class CasePainter {
   Drawing draw(std::span<const Coordinates> poses) {
     return {renderer_.draw(poses), renderer_.draw_bodies(poses)};
   }
-  render::Image draw_picture(std::span<const Coordinates> poses) { return renderer_.draw(poses); }
 
  private:
   render::Renderer renderer_;

@@ -157,9 +157,8 @@ void find_visible(CasePainter& painter, CaseContext& context) {
 }  // namespace
 
 bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance) {
-  if (!tolerance.flip || comparison.image.judgement == Judgement::size)
-    return passes(comparison.image.judgement);
-  return comparison.flip && comparison.flip->max <= *tolerance.flip;
+  const bool is_by_flip = tolerance.flip && comparison.flip;
+  return is_by_flip ? comparison.flip->max <= *tolerance.flip : passes(comparison.image.judgement);
 }
 
 CasePainter::CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log)

@@ -160,8 +160,7 @@ std::string explain_poses(const CaseResult& result) {
   if (poses.motion.first.frame >= 0)
     text = explain_first(poses, result.entry.settings.step) + explain_visibility(result);
   std::istringstream headers(poses.difference.headers);
-  for (std::string line; std::getline(headers, line);)
-    if (!line.empty()) text += fmt::format("{}header: {}\n", indent, line);
+  for (std::string line; std::getline(headers, line);) text += fmt::format("{}header: {}\n", indent, line);
   return text;
 }
 

@@ -120,7 +120,6 @@ struct Worker {
     if (got <= 0) return false;
     buffer.append(bytes.data(), static_cast<std::size_t>(got));
     for (std::size_t end = 0; (end = buffer.find('\n')) != std::string::npos;) {
-      is_ready = true;
       const Json message = Json::parse(buffer.substr(0, end));
       buffer.erase(0, end + 1);
       receive(message);
@@ -149,7 +148,6 @@ struct Worker {
 
   pid_t process = -1;
   int descriptor = -1;
-  bool is_ready = false;             ///< it has sent a message
   std::optional<std::size_t> index;  ///< of the case that it checks
   Clock::time_point start;           ///< of that case
   std::string buffer;                ///< received part of its next message
@@ -219,8 +217,7 @@ class ParallelCheck {
   /// Replaces a process that has ended.
   void replace(Slot& worker) {
     const std::string how = worker->wait_for_end();
-    if (!worker->is_ready) throw Error("a worker ended before its first case: " + how);
-    if (!worker->index) throw Error("a worker ended between two cases: run the check again");
+    if (!worker->index) throw Error("a worker ended between cases: {}: run the check again", how);
     add_error(*worker, how);
     worker = std::make_unique<Worker>(plan_);
   }
@@ -262,7 +259,6 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
   CheckOutput output(options.output);
   try {
     CheckPlan plan{read_suite(options.suite), options, {}};
-    plan.options.suite = plan.suite.file;
     plan.cases = select(plan.suite, options.cases);
     output.start(plan);
     run(plan, output);

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 
 #include "golden/commands/commands.h"
@@ -25,8 +24,7 @@ struct DiffOptions {
 /// Prints the differences. Returns true if there are any.
 bool differ(const PoseLog& expected, const PoseLog& actual) {
   const PoseDifference difference = compare(expected, actual);
-  std::istringstream headers(difference.headers);
-  for (std::string line; std::getline(headers, line);) fmt::print("{}\n", line);
+  if (!difference.headers.empty()) fmt::print("{}\n", difference.headers);
   if (difference.first_frame < 0) {
     fmt::print("all {} frames have the same {}\n", expected.frames.size(),
                difference.first_contradiction < 0 ? "state" : "hash");

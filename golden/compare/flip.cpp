@@ -191,31 +191,22 @@ struct Filters {
   int reach = 0;  ///< of the widest of them, pixels
 };
 
-enum class Direction { along_rows, along_columns };
-
-/// Convolves every row, or every column, of pixels. `from` has `reach` more pixels at each of their ends than
-/// the result.
-template <Direction direction>
-Plane filtered(const Plane& from, const Kernel& kernel, int reach) {
-  constexpr bool is_along_rows = direction == Direction::along_rows;
+/// Convolves every row of pixels, with (1, 0) for (dx, dy), or every column, with (0, 1). `from` has `reach`
+/// more pixels at each of their ends than the result.
+Plane filtered(const Plane& from, const Kernel& kernel, int reach, int dx, int dy) {
   const Eigen::Index start = reach - kernel.size() / 2;
-  Plane result(from.rows() - (is_along_rows ? 2 * reach : 0), from.cols() - (is_along_rows ? 0 : 2 * reach));
+  Plane result(from.rows() - 2 * reach * dx, from.cols() - 2 * reach * dy);
   for (Eigen::Index y = 0; y < result.cols(); ++y) {
     for (Eigen::Index x = 0; x < result.rows(); x += lanes) {
       Lanes sum = Lanes::Zero();
       for (Eigen::Index tap = start; tap < start + kernel.size(); ++tap) {
-        const auto pixels =
-            is_along_rows ? from.col(y).segment<lanes>(x + tap) : from.col(y + tap).segment<lanes>(x);
-        sum += kernel[tap - start] * pixels;
+        sum += kernel[tap - start] * from.block<lanes, 1>(x + dx * tap, y + dy * tap);
       }
       result.col(y).segment<lanes>(x) = sum;
     }
   }
   return result;
 }
-
-constexpr auto filter_rows = filtered<Direction::along_rows>;
-constexpr auto filter_columns = filtered<Direction::along_columns>;
 
 /// A band of a picture as an observer perceives it.
 struct Perceived {
@@ -248,18 +239,24 @@ Planes linear_rgb(const render::Image& image, const Band& band, int reach) {
 Perceived perceive(const render::Image& image, const Band& band, const Filters& filters) {
   const int reach = filters.reach;
   const Planes colors = opponent(linear_rgb(image, band, reach));
+  const auto filter_rows = [&](const Plane& from, const Kernel& kernel) {
+    return filtered(from, kernel, reach, 1, 0);
+  };
+  const auto filter_columns = [&](const Plane& from, const Kernel& kernel) {
+    return filtered(from, kernel, reach, 0, 1);
+  };
   const auto blur = [&](const Plane& from, const Kernel& kernel) {
-    return filter_columns(filter_rows(from, kernel, reach), kernel, reach);
+    return filter_columns(filter_rows(from, kernel), kernel);
   };
   const auto narrow = static_cast<float>(filters.blue_narrow.weight /
                                          (filters.blue_narrow.weight + filters.blue_wide.weight));
   const Plane blue_yellow = narrow * blur(colors[2], filters.blue_narrow.kernel) +
                             (1 - narrow) * blur(colors[2], filters.blue_wide.kernel);
   const Plane light = luminance(colors[0]);
-  const Plane smooth = filter_rows(light, filters.gaussian, reach);
+  const Plane smooth = filter_rows(light, filters.gaussian);
   const auto gradient = [&](const Kernel& derivative) -> Plane {
-    const Plane across = filter_columns(filter_rows(light, derivative, reach), filters.gaussian, reach);
-    return (across.square() + filter_columns(smooth, derivative, reach).square()).sqrt();
+    const Plane across = filter_columns(filter_rows(light, derivative), filters.gaussian);
+    return (across.square() + filter_columns(smooth, derivative).square()).sqrt();
   };
   return {perceived({blur(colors[0], filters.lightness), blur(colors[1], filters.red_green), blue_yellow}),
           gradient(filters.first), gradient(filters.second)};

@@ -42,39 +42,38 @@ int first_changed_frame(const LoggedMotion& golden, const LoggedMotion& actual) 
   return other.in1 == a.end() && other.in2 == b.end() ? -1 : static_cast<int>(other.in1 - a.begin());
 }
 
-/// Returns the bodies whose digests differ; all but the world without tracks.
-std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
-                                        bool& is_known) {
+/// Returns the bodies whose digests differ; none without tracks.
+std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const LoggedMotion& actual, int frame) {
   std::vector<std::size_t> result;
   const Track::Frame* a = track_frame(golden, frame);
   const Track::Frame* b = track_frame(actual, frame);
-  is_known = a != nullptr && b != nullptr && a->digests.size() == b->digests.size();
+  const bool is_known = a != nullptr && b != nullptr && a->digests.size() == b->digests.size();
   for (std::size_t i = 1; is_known && i < a->digests.size(); ++i)
     if (a->digests[i] != b->digests[i]) result.push_back(i);
-  if (!result.empty()) return result;
-  is_known = false;
-  for (std::size_t i = 1; i < golden.log->bodies.size(); ++i) result.push_back(i);
   return result;
+}
+
+/// Returns the difference of two poses, without that of rounding where they are rounded.
+BodyDifference difference_of(const PosePair& pair, std::size_t body) {
+  const BodyDifference exact = difference(pair.golden[body], pair.actual[body]);
+  return pair.is_rounded ? beyond_rounding(exact) : exact;
 }
 
 FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual) {
   FirstChange first;
   first.frame = first_changed_frame(golden, actual);
   if (first.frame < 0) return first;
-  bool is_known = false;
-  const std::vector<std::size_t> candidates = changed_bodies(golden, actual, first.frame, is_known);
-  if (is_known) {
-    for (const std::size_t body : candidates) first.bodies.push_back(body_name(golden, body));
-    first.body = first.bodies.front();
-  }
+  std::vector<std::size_t> candidates = changed_bodies(golden, actual, first.frame);
+  for (const std::size_t body : candidates) first.bodies.push_back(body_name(golden, body));
+  if (!candidates.empty()) first.body = first.bodies.front();
+  for (std::size_t i = 1; first.bodies.empty() && i < golden.log->bodies.size(); ++i) candidates.push_back(i);
   const int common = frame_count(golden, actual);
   for (int k = first.frame; k < common; ++k) {
     const PosePair pair = poses_at(golden, actual, k);
     BodyDifference largest;
     for (const std::size_t body : candidates) {
       if (body >= pair.golden.size() || body >= pair.actual.size()) continue;
-      const BodyDifference exact = difference(pair.golden[body], pair.actual[body]);
-      const BodyDifference change = pair.is_rounded ? beyond_rounding(exact) : exact;
+      const BodyDifference change = difference_of(pair, body);
       if (change.axis == ' ' || !change.is_larger_than(largest)) continue;
       largest = change;
       first.body = body_name(golden, body);
@@ -105,8 +104,7 @@ std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual,
                          const PoseTolerance& tolerance) {
   const PosePair pair = poses_at(golden, actual, frame);
   for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
-    const BodyDifference exact = difference(pair.golden[i], pair.actual[i]);
-    const BodyDifference change = pair.is_rounded ? beyond_rounding(exact) : exact;
+    const BodyDifference change = difference_of(pair, i);
     if (change.position > tolerance.position) {
       return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden, i), change.axis,
                          change.position, tolerance.position);

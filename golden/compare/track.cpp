@@ -9,6 +9,7 @@
 #include <set>
 
 #include "golden/compare/provenance.h"
+#include "render/image.h"
 #include "sim/error.h"
 #include "sim/measure/invariants.h"
 
@@ -205,15 +206,9 @@ Invariants Tracker::invariants(const State& state) {
 
 std::string to_bytes(const Track& track) {
   const std::string raw = packed(track);
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-      libdeflate_alloc_compressor(9), libdeflate_free_compressor);
   std::string bytes(magic);
   put(bytes, raw.size());
-  const std::size_t start = bytes.size();
-  bytes.resize(start + libdeflate_zlib_compress_bound(compressor.get(), raw.size()));
-  bytes.resize(start + libdeflate_zlib_compress(compressor.get(), raw.data(), raw.size(), &bytes[start],
-                                                bytes.size() - start));
-  return bytes;
+  return bytes + render::zlib_compressed(raw, 9);
 }
 
 Track read_track(const std::filesystem::path& file) {

@@ -154,26 +154,6 @@ std::string groups(const Json& results) {
   return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
 
-/// Returns pictures of the simplest cases of the first six failure groups that have any.
-std::string first_pictures(const Json& results, ReportPictures& pictures) {
-  constexpr std::size_t most = 6;
-  std::string figures;
-  std::size_t count = 0;
-  for (const FailureGroup& group : failure_groups(results)) {
-    const Json& entry = *group.cases.front();
-    if (!entry.contains("pairs") || entry.at("pairs").empty() || count == most) continue;
-    ++count;
-    const Json& pair = entry.at("pairs").front();
-    fmt::format_to(std::back_inserter(figures),
-                   "<figure><a href=\"#{0}\"><img width=\"160\" decoding=\"sync\" alt=\"{0}, frame {1}, as "
-                   "it is drawn now\" src=\"{2}\"></a><figcaption>{0}: {3}</figcaption></figure>\n",
-                   text_of(entry.at("name")), pair.at("frame").get<int>(),
-                   pictures.source(entry.at("files").get<std::string>(), pair.at("actual")),
-                   text_of(entry.at("verdict")));
-  }
-  return figures.empty() ? figures : "<div class=\"first-pictures\">\n" + figures + "</div>\n";
-}
-
 std::string passing(const Json& results) {
   std::string rows;
   std::size_t count = 0;
@@ -206,7 +186,7 @@ std::string body(const Json& results, const fs::path& output, std::size_t budget
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
   ReportPictures pictures{output, budget};
-  html += totals_list(results) + first_pictures(results, pictures) + groups(results) + orphans(results);
+  html += totals_list(results) + groups(results) + orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> pictures · <kbd>1</kbd>–<kbd>3</kbd> how to compare · <kbd>space</kbd> flicker by "

@@ -160,9 +160,8 @@ std::string listed(const std::vector<std::string>& names) {
 std::vector<std::string> differing(const std::string& noted, const std::string& here,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> result;
-  for (std::size_t i = 0; i * digits < here.size(); ++i) {
-    if (noted.compare(i * digits, digits, here, i * digits, digits) == 0) continue;
-    result.push_back(i < names.size() ? names[i] : fmt::format("number {}", i));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (noted.compare(i * digits, digits, here, i * digits, digits) != 0) result.push_back(names[i]);
   }
   return result;
 }

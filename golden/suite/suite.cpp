@@ -272,13 +272,9 @@ bool is_case_name(std::string_view name) {
   });
 }
 
-fs::path suite_file(const fs::path& named) {
-  std::error_code none;
-  return fs::is_directory(named, none) ? named / "suite.toml" : named;
-}
-
 Suite read_suite(const fs::path& file) {
-  return Reader(suite_file(file)).read();
+  std::error_code none;
+  return Reader(fs::is_directory(file, none) ? file / "suite.toml" : file).read();
 }
 
 bool is_named(std::string_view case_name, std::string_view name) {

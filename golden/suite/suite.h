@@ -94,10 +94,7 @@ struct Suite {
 /// Returns true where a name of a scene or variant has only letters, digits, _ and -, and begins with no -.
 bool is_case_name(std::string_view name);
 
-/// Returns `named`, or `named`/suite.toml where `named` is a folder.
-std::filesystem::path suite_file(const std::filesystem::path& named);
-
-/// Reads a suite; `file` may also be a folder, see suite_file(). Throws Error with file and line for anything
+/// Reads a suite; `file` may also be the folder of a suite.toml. Throws Error with file and line for anything
 /// that is unknown, missing, of a wrong type or out of range.
 Suite read_suite(const std::filesystem::path& file);
 

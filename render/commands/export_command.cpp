@@ -53,7 +53,11 @@ void add_export_command(CLI::App& app) {
   CLI::App* const command =
       app.add_subcommand("export", "Write a run as an animated .glb, for Blender and viewers on the web");
   const auto options = std::make_shared<ExportOptions>();
-  options->run.add_to(*command);
+  command
+      ->add_option("input", options->run.file,
+                   "A pose log or table, or a scene or mesh, which is simulated first")
+      ->required();
+  options->run.add_options_to(*command);
   command->add_option("--output", options->output, "The .glb file (SCENE.ALGORITHM.glb)");
   command->add_option("--rate", options->rate, "Poses in a second, as near as steps or full frames allow")
       ->check(number_from(0.1, 100000))

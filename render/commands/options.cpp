@@ -8,7 +8,6 @@
 #include <fstream>
 #include <utility>
 
-#include "render/video/labels.h"
 #include "render/video/panel.h"
 #include "render/video/titles.h"
 #include "sim/error.h"
@@ -97,12 +96,6 @@ double print_width_in(const std::string& text) {
   return *width;
 }
 
-void ComparisonOptions::add_to(CLI::App& command) {
-  scene.add_to(command);
-  command.add_option("--title", title, "What stands above all (the scene's name)");
-  add_settings_to(command);
-}
-
 void ComparisonOptions::add_settings_to(CLI::App& command) {
   solver.add_to(command);
   add_panels_to(command);
@@ -186,12 +179,6 @@ void warn_of(const Scene& scene, const Comparison& comparison) {
   for (const Run& run : comparison.runs) {
     warn_of(scene, fmt::format("{} {}", name_of(run.panel), settings_of(run.panel)), run.violations);
   };
-}
-
-void RunInput::add_to(CLI::App& command) {
-  command.add_option("input", file, "A pose log or table, or a scene or mesh, which is simulated first")
-      ->required();
-  add_options_to(command);
 }
 
 void RunInput::add_options_to(CLI::App& command) {

@@ -33,8 +33,6 @@ struct ComparisonOptions {
   double speed = 1;   ///< s of the scene in a second of film
   double frame_rate = 30;
 
-  /// Adds the scene as the command's argument, the title and the options below.
-  void add_to(CLI::App& command);
   /// Adds the options of solving, of panels and of time.
   void add_settings_to(CLI::App& command);
   /// Adds the options of panels, of the reference and of threads.
@@ -79,8 +77,6 @@ struct RunInput {
   SolverOptions solver;
   SceneOptions mesh;
 
-  /// Adds the file as the command's argument, and the options below.
-  void add_to(CLI::App& command);
   /// Adds --scene and the options of solving and of meshes.
   void add_options_to(CLI::App& command);
 

@@ -30,11 +30,6 @@ struct PlayerOptions {
   bool has_frame_rate = false;  ///< --fps was typed
 };
 
-/// Returns whether the output is a folder of pages: for several scenes, or an output without an extension.
-bool is_site(const PlayerOptions& options) {
-  return options.scenes.size() > 1 || (options.output && !options.output->has_extension());
-}
-
 /// Writes a page of one scene.
 void make_page(PlayerOptions& options) {
   ComparisonOptions& typed = options.comparison;
@@ -46,12 +41,10 @@ void make_page(PlayerOptions& options) {
   if (output.extension() != ".html") throw Error("{}: give a name that ends in .html", output.string());
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
-  Comparison comparison;
-  {
-    Progress progress;
-    comparison = simulate_comparison(scene, settings,
-                                     [&progress](double share) { progress.show("simulating", share); });
-  }
+  Progress progress;
+  const Comparison comparison =
+      simulate_comparison(scene, settings, [&progress](double share) { progress.show("simulating", share); });
+  progress.clear();
   const std::string page = player_page(scene, comparison, film_title(scene, typed.title), typed.speed);
   write_file(output, page);
   print_table(comparison, settings.duration);
@@ -92,12 +85,6 @@ void make_pages(PlayerOptions& options) {
   if (failed > 0) throw Error("{} scene{} could not be shown", failed, failed == 1 ? "" : "s");
 }
 
-void make_player(PlayerOptions& options) {
-  if (is_site(options)) return make_pages(options);
-  if (options.films) throw Error("--films: only with a folder of pages");
-  make_page(options);
-}
-
 }  // namespace
 
 void add_player_command(CLI::App& app) {
@@ -126,7 +113,10 @@ void add_player_command(CLI::App& app) {
       "  substep player scenes/*.gltf --output site");
   command->callback([options, command] {
     options->has_frame_rate = command->count("--fps") > 0;
-    make_player(*options);
+    if (options->scenes.size() > 1 || (options->output && !options->output->has_extension()))
+      return make_pages(*options);
+    if (options->films) throw Error("--films: only with a folder of pages");
+    make_page(*options);
   });
 }
 

@@ -101,21 +101,15 @@ LoadedRun load(const RenderOptions& options, Progress& progress) {
   return options.run.load(last_of(options), progress);
 }
 
-/// Returns the folder or file of the pictures.
-fs::path output_of(const RenderOptions& options) {
-  return options.output.value_or(".");
-}
-
 /// Draws these frames in one picture.
-void draw_strobe(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
-                 const std::vector<int>& frames) {
+void draw_strobe(const RenderOptions& options, const fs::path& output, const LoadedRun& run,
+                 const RenderSettings& settings, const std::vector<int>& frames) {
   if (frames.size() < 2)
     throw Error("--layout strobe: needs at least two moments: give --time 0,0.2,0.4 or --frame");
   std::vector<std::vector<Coordinates>> moments;
   for (const int frame : frames) moments.push_back(run.log.frames[static_cast<std::size_t>(frame)].poses);
   const Image image =
       strobe(seen_by(still_camera_named(options.camera, run.scene), run.scene), settings, moments);
-  const fs::path output = output_of(options);
   const fs::path file = output.extension() == ".png" ? output : output / (run.stem + ".strobe.png");
   write_png(image, file);
   fmt::print("wrote {}\n", file.string());
@@ -134,11 +128,10 @@ void require_output(const RenderOptions& options, const fs::path& output, std::s
 }
 
 /// Draws a picture of each of these frames.
-void draw_frames(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
-                 const std::vector<int>& frames, Progress& progress) {
+void draw_frames(const RenderOptions& options, const fs::path& output, const LoadedRun& run,
+                 const RenderSettings& settings, const std::vector<int>& frames, Progress& progress) {
   const Scene& scene = run.scene;
   const PoseLog& log = run.log;
-  const fs::path output = output_of(options);
   // Collect the poses up to the last frame for the camera of a scene without one.
   std::vector<std::vector<Coordinates>> seen;
   for (int k = 0; k <= frames.back(); ++k) {
@@ -168,9 +161,10 @@ void draw_run(const RenderOptions& options) {
   const LoadedRun run = load(options, progress);
   const std::vector<int> frames = frames_of(run.log, options);
   const bool is_strobe = options.layout == "strobe";
-  require_output(options, output_of(options), is_strobe ? 1 : frames.size());
-  if (is_strobe) return draw_strobe(options, run, settings, frames);
-  draw_frames(options, run, settings, frames, progress);
+  const fs::path output = options.output.value_or(".");
+  require_output(options, output, is_strobe ? 1 : frames.size());
+  if (is_strobe) return draw_strobe(options, output, run, settings, frames);
+  draw_frames(options, output, run, settings, frames, progress);
 }
 
 void render(RenderOptions& options) {

@@ -116,12 +116,10 @@ void draw_stills(const RenderOptions& options) {
     throw Error("{}: give a name that ends in .png or .pdf", output.string());
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
-  TimeSheet drawn;
-  {
-    Progress progress;
-    sheet.progress = [&progress](std::string_view stage, double fraction) { progress.show(stage, fraction); };
-    drawn = draw_time_sheet(scene, sheet);
-  }
+  Progress progress;
+  sheet.progress = [&progress](std::string_view stage, double fraction) { progress.show(stage, fraction); };
+  const TimeSheet drawn = draw_time_sheet(scene, sheet);
+  progress.clear();
   const double width =
       options.width ? print_width_in(*options.width) : drawn.image.width / options.dpi * inch;
   write_file(output, is_pdf ? to_pdf(drawn.image, width) : to_png(drawn.image));

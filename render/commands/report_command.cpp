@@ -207,12 +207,9 @@ std::string still_of(const Scene& scene, int threads) {
   sheet.comparison.step = scene.step;
   sheet.comparison.has_reference = false;
   sheet.comparison.threads = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    PanelChoice panel;
-    panel.settings = usual_settings(scene, algorithm);
-    sheet.comparison.panels.push_back(std::move(panel));
-  }
+  sheet.comparison.panels =
+      default_panels({[&](Algorithm algorithm) { return usual_settings(scene, algorithm); }, false});
+  sheet.comparison.panels.pop_back();  // the reference
   sheet.times = {std::floor(scene.duration / scene.step + 1e-9) * scene.step};
   sheet.runs_in_row = 3;
   sheet.width = 384;
@@ -231,28 +228,27 @@ void report(const ReportOptions& options) {
   if (failure) throw Error("{}: cannot be made: {}", options.output.string(), failure.message());
   const fs::path& results = options.output;
   note_damaged_jobs(sweep, results);
-  report::Document page;
-  {
-    Progress progress;
-    progress.show("sweep", 0);
-    run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
-              [&](double share) { progress.show("sweep", share); });
-    report::FigureSource source;
-    source.records = merge_sweep(sweep, results);
-    progress.clear();
-    note_omitted_runs(source.records);
-    if (cost)
-      return print(report::equal_cost_of_descendants(source.records, *cost), "the table " + *options.table);
-    source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
-    source.properties = sweep.properties;
-    if (sweep.scenes.size() <= report::most_cards) {
-      for (const auto& [name, scene] : sweep.scenes) {
-        progress.show("drawing ends", 0);
-        source.stills[name] = still_of(scene, options.threads);
-      }
+  Progress progress;
+  progress.show("sweep", 0);
+  run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
+            [&](double share) { progress.show("sweep", share); });
+  report::FigureSource source;
+  source.records = merge_sweep(sweep, results);
+  progress.clear();
+  note_omitted_runs(source.records);
+  if (cost)
+    return print(report::equal_cost_of_descendants(source.records, *cost), "the table " + *options.table);
+  source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
+  source.properties = sweep.properties;
+  if (sweep.scenes.size() <= report::most_cards) {
+    for (const auto& [name, scene] : sweep.scenes) {
+      progress.show("drawing ends", 0);
+      source.stills[name] = still_of(scene, options.threads);
     }
-    page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
   }
+  const report::Document page =
+      report::make_report(source, [&](double share) { progress.show("drawing", share); });
+  progress.clear();
   for (const report::Document::Block& block : page.blocks) {
     if (block.kind != report::Document::Block::Kind::picture) continue;
     fs::path file = options.output / block.file;

@@ -36,12 +36,9 @@ void make(VideoOptions& options) {
   video.comparison = options.comparison.settings(scene);
   video.title = options.comparison.title;
   video.frame_rate = options.comparison.frame_rate;
-  video.threads = video.comparison.threads;
   video.camera = camera_named(options.camera, scene);
   video.overlays = overlays_named(options.overlays);
   if (!options.strips.empty()) video.strips = strips_named(options.strips);
-  if (video.poster_time && *video.poster_time > video.comparison.duration)
-    throw Error("--poster-time {:g}: the film ends at {:g} s", *video.poster_time, video.comparison.duration);
   const ImageSize size = image_size_in(options.size);
   video.width = size.width;
   video.height = size.height;
@@ -63,17 +60,13 @@ void make(VideoOptions& options) {
       throw Error("{} {}: must be a {} file", option, file->string(), ending);
   }
 
-  VideoReport report;
-  {
-    Progress progress;
-    video.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
-    report = make_video(scene, video);
-  }
+  Progress progress;
+  video.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+  const VideoReport report = make_video(scene, video);
+  progress.clear();
   print_table(report.comparison, video.comparison.duration);
   warn_of(scene, report.comparison);
-  fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
-             report.cpu.drawing, report.cpu.encoding);
-  fmt::print("wrote {}\n", report.written.string());
+  fmt::print("wrote {}\n", video.frames.value_or(video.output).string());
   if (!report.film_command.empty()) fmt::print("to make a film of these frames: {}\n", report.film_command);
   for (const auto& file : {video.poster, video.loop}) {
     if (file) fmt::print("wrote {}\n", file->string());
@@ -117,7 +110,9 @@ void add_video_command(CLI::App& app) {
       "video", "Film a scene: algorithms, engines and finished runs side by side, with their errors");
   const auto options = std::make_shared<VideoOptions>();
   VideoSettings& video = options->video;
-  options->comparison.add_to(*command);
+  options->comparison.scene.add_to(*command);
+  command->add_option("--title", options->comparison.title, "What stands above all (the scene's name)");
+  options->comparison.add_settings_to(*command);
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
   add_picture_options(*command, *options);
   command->add_option(
@@ -125,11 +120,7 @@ void add_video_command(CLI::App& app) {
       "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "
       "(default: SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
-  command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
-  command
-      ->add_option("--poster-time", video.poster_time, "Which one, in seconds (default: well into the film)")
-      ->check(number_from(0, 3600))
-      ->needs("--poster");
+  command->add_option("--poster", video.poster, "Also write one frame, well into the film, as a PNG file");
   command->add_option("--loop", video.loop, "Also write a small loop as a GIF file, below 2 MB");
   command->add_option("--hold", video.hold, "Seconds for which the last frame stays")
       ->check(number_from(0, 60))

@@ -153,12 +153,6 @@ using WholePose = std::array<std::int64_t, 7>;
 /// Steps per unit in which a quaternion's components are stored: rotations are exact to 3e-5 rad.
 constexpr double turn_parts = 65536;
 
-/// Returns the quantum of stored positions, m: the largest power of two that is at most 4e-6 of the scene's
-/// size.
-double position_unit(double size) {
-  return std::exp2(std::floor(std::log2(std::max(size, 1e-6) * 4e-6)));
-}
-
 /// Returns the pose in whole units, positions clamped to 1e5 m. Takes the quaternion of the rotation that is
 /// nearer to `before`; returns `before` for a pose that is not finite.
 WholePose whole(const Coordinates& q, double unit, const WholePose& before) {
@@ -240,8 +234,7 @@ Json strips_of(const Comparison& comparison) {
                {"logarithmic", axis.is_logarithmic},
                {"mark", axis.mark},
                {"unit", axis.unit},
-               {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
-                                             : Json{axis.low, axis.high}}};
+               {"scale", axis.is_logarithmic ? Json{axis.lower, axis.upper} : Json{axis.low, axis.high}}};
     strips.insert(strip == comparison.strip ? strips.begin() : strips.end(), std::move(entry));
   }
   return strips;
@@ -266,8 +259,9 @@ QuantityChoice player_readings(const Scene& scene) {
 
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed) {
-  const double unit = position_unit(size_of(scene));
-  const Decades scale = axis_of(comparison, Strip::error).decades;
+  // Quantum of stored positions, m: the largest power of two that is at most 4e-6 of the scene's size
+  const double unit = std::exp2(std::floor(std::log2(std::max(size_of(scene), 1e-6) * 4e-6)));
+  const StripAxis scale = axis_of(comparison, Strip::error);
   const BodyMesh mesh = gather_body_mesh(scene);
   const std::vector<Part>& parts = mesh.parts;
   Json data = {{"title", title},

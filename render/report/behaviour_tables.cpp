@@ -1,12 +1,10 @@
-// Tables of the behaviour of runs: limits, orders, energy, friction, springs, and values that miss known
-// ones.
+// Tables of the behaviour of runs: limits, orders, energy, springs, and values that miss known ones.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <set>
 #include <string_view>
@@ -113,28 +111,6 @@ TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
   return table;
 }
 
-TextTable slopes_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"h/n, s"}, {}};
-  std::map<double, std::size_t, std::greater<>> columns;
-  const std::vector<RunFamily> families = own_families(records);
-  for (const RunFamily& family : families) {
-    for (const auto& [middle, slope] : local_orders(family.runs)) columns[middle] = 0;
-  }
-  for (auto& [middle, column] : columns) {
-    column = table.head.size();
-    table.head.push_back(
-        fmt::format("1/{:.0f} → 1/{:.0f}", 1 / (middle * std::sqrt(2.0)), std::sqrt(2.0) / middle));
-  }
-  for (const RunFamily& family : families) {
-    std::vector<std::string> row(table.head.size());
-    row[0] = family.title;
-    const auto orders = local_orders(family.runs);
-    for (const auto& [middle, slope] : orders) row[columns.at(middle)] = fmt::format("{:.2f}", slope);
-    if (!orders.empty()) table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
 TextTable orders_table(const std::vector<SweepRecord>& records) {
   TextTable table{{"scene"}, {}};
   for (const std::string& scene : scenes_of(records)) {
@@ -192,36 +168,6 @@ TextTable energy_table(const std::vector<SweepRecord>& records) {
                                                       percent(x.energy_growth / x.energy_scale));
     }
     if (row.size() > 2) table.rows.push_back(std::move(row));
-  }
-  fill(table);
-  return table;
-}
-
-TextTable sliding_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "known", "expected"}, {}};
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    if (own.front().contacts != ContactKind::moving) continue;
-    const auto runs = at_equal_rows(own);
-    if (runs.empty()) continue;
-    for (std::size_t i = 0; i < runs.front().second.metrics->expected.size(); ++i) {
-      const ExpectedFigure& known = runs.front().second.metrics->expected[i];
-      // Skip bounds, which do not measure the error of friction.
-      if (known.bound != Bound::equal || known.expected == 0) continue;
-      double largest = 0;
-      std::vector<std::string> row{scene, known.name,
-                                   fmt::format("{} {}", short_number(known.expected), known.unit)};
-      for (const auto& [title, run] : runs) {
-        if (i >= run.metrics->expected.size()) continue;
-        const double error = run.metrics->expected[i].measured / known.expected - 1;
-        largest = std::max(largest, std::isfinite(error) ? std::abs(error) : INFINITY);
-        cell(table, row, title) = !std::isfinite(error)    ? "never"
-                                  : std::abs(error) < 1e-9 ? "exact"
-                                                           : fmt::format("{:+.2g} %", 100 * error);
-      }
-      // Leave out figures that all runs have to a thousandth.
-      if (largest >= 1e-3) table.rows.push_back(std::move(row));
-    }
   }
   fill(table);
   return table;

@@ -240,7 +240,7 @@ Sheet soft_rows_sheet(const FigureSource&) {
     SeriesStyle point = style_of(algorithm);
     point.line = false;
     panel.series.push_back({title, point, {{kappa, tau}}});
-    panel.notes.push_back({kappa, tau, fmt::format("{}: {}", what, terms), true});
+    panel.notes.push_back({kappa, tau, fmt::format("{}: {}", what, terms)});
   };
   const Settings a5 = default_settings(Algorithm::a5);
   const auto [contact_tau, contact_kappa] = a5.of_contacts();

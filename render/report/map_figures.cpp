@@ -65,18 +65,16 @@ void set_values(Axis& axis, const std::set<double>& values, std::string (*text)(
 
 /// Adds a panel with a point for each run: right, bounded or not bounded.
 Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
-  std::array<Series, 3> series{
-      {{"error or gap below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", bad_mark}}};
+  std::vector<Series> series{
+      {"error or gap below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", bad_mark}};
   for (const SweepRecord& run : map.runs) {
     const double miss = error_or_gap_of(run);
     Series& own = series.at(!run.metrics->bounded ? 2 : miss < 0.01 ? 0 : 1);
     own.points.push_back(axes(run.settings));
     own.values.push_back(miss);
   }
-  Panel& panel = sheet.panels.emplace_back(Panel{.x = std::move(x), .y = std::move(y)});
-  for (Series& one : series)
-    if (!one.points.empty()) panel.series.push_back(std::move(one));
-  return panel;
+  std::erase_if(series, [](const Series& one) { return one.points.empty(); });
+  return sheet.panels.emplace_back(Panel{.x = std::move(x), .y = std::move(y), .series = std::move(series)});
 }
 
 std::string plain_text(double value) {
@@ -142,12 +140,12 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
     Settings settings = usual_settings(scene, algorithm);
     settings.joints = joints;
     settings.tau = settings.kappa = 1;
-    Series good{"error below 1 % of the size", good_mark};
-    Series fair{"bounded: below 10 %", fair_mark};
-    Series unbounded{"not bounded", bad_mark};
+    std::vector<Series> series{{"error below 1 % of the size", good_mark},
+                               {"bounded: below 10 %", fair_mark},
+                               {"not bounded", bad_mark}};
     for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
-      Series& series = !point.bounded ? unbounded : point.error < 0.01 ? good : fair;
-      series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
+      const std::size_t kind = !point.bounded ? 2 : point.error < 0.01 ? 0 : 1;
+      series[kind].points.push_back({point.ratio, static_cast<double>(point.substeps)});
     }
     const bool is_direct = algorithm == Algorithm::a1;
     sheet.panels.push_back({.title = is_direct ? std::string(title_of(algorithm))
@@ -155,7 +153,7 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
                             .x = {"mass of the end / of a link", true, std::array{0.4, 25000.0}},
                             .y = {is_direct ? "n: steps of 1/(60 n) s" : "sub-steps n", true,
                                   std::array{0.7, 90.0}, "(1, 2, 4, 8, 16, 32, 64)"},
-                            .series = {std::move(good), std::move(fair), std::move(unbounded)}});
+                            .series = std::move(series)});
   }
   return sheet;
 }
@@ -168,12 +166,12 @@ Sheet stiffness_sheet(const FigureSource&) {
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
     Settings settings;
     settings.algorithm = algorithm;
-    Series good{"keeps its energy to 10 % for 1 s", good_mark};
-    Series damped{"is damped", {1, 6, false, false}};
-    Series grows{"gains energy", bad_mark};
+    std::vector<Series> series{{"keeps its energy to 10 % for 1 s", good_mark},
+                               {"is damped", {1, 6, false, false}},
+                               {"gains energy", bad_mark}};
     for (const StiffnessPoint& point : stiffness_map(settings)) {
-      Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
-      series.points.push_back({point.stiffness, point.step});
+      const std::size_t kind = !(point.energy <= 1.1) ? 2 : point.energy < 0.9 ? 1 : 0;
+      series[kind].points.push_back({point.stiffness, point.step});
     }
     sheet.panels.push_back(
         {.title = label(settings).substr(0, label(settings).find("  h=")),
@@ -181,7 +179,7 @@ Sheet stiffness_sheet(const FigureSource&) {
                "(1, '10^2' 1e2, '10^4' 1e4, '10^6' 1e6, '10^8' 1e8)"},
          .y = {"h, s", true, std::array{1.0 / 700, 1.0 / 20},
                "('1/480' 1./480, '1/240' 1./240, '1/120' 1./120, '1/60' 1./60, '1/30' 1./30)"},
-         .series = {std::move(good), std::move(damped), std::move(grows)}});
+         .series = std::move(series)});
   }
   return sheet;
 }

@@ -80,31 +80,26 @@ std::string axis_script(char name, const Axis& axis, const std::array<double, 2>
   return script;
 }
 
-std::string triangle_script(const std::vector<SlopeTriangle>& triangles) {
-  std::string script = "unset arrow\nunset label\n";
-  for (const SlopeTriangle& t : triangles) {
-    const double x = t.x * t.width;
-    const double y = t.y * std::pow(t.width, t.slope);
-    const auto line = [&](double x0, double y0, double x1, double y1) {
-      script += fmt::format("set arrow from {:g},{:g} to {:g},{:g} nohead lc rgb '{}' lw 1.2 front\n", x0, y0,
-                            x1, y1, render::inks[7].light);
-    };
-    line(t.x, t.y, x, t.y);
-    line(x, t.y, x, y);
-    line(t.x, t.y, x, y);
-    script += fmt::format("set label '{:g}' at {:g},{:g} left offset 0.4,0 tc rgb '{}' front\n", t.slope, x,
-                          t.y * std::pow(t.width, t.slope / 2), render::inks[7].light);
-  }
-  return script;
+std::string triangle_script(const std::array<double, 2>& corner) {
+  constexpr double width = 3;
+  const auto& [x, y] = corner;
+  std::string script;
+  const auto line = [&](double x0, double y0, double x1, double y1) {
+    script += fmt::format("set arrow from {:g},{:g} to {:g},{:g} nohead lc rgb '{}' lw 1.2 front\n", x0, y0,
+                          x1, y1, render::inks[7].light);
+  };
+  line(x, y, width * x, y);
+  line(width * x, y, width * x, width * y);
+  line(x, y, width * x, width * y);
+  return script + fmt::format("set label '1' at {:g},{:g} left offset 0.4,0 tc rgb '{}' front\n", width * x,
+                              std::sqrt(width) * y, render::inks[7].light);
 }
 
 std::string notes_script(const std::vector<Note>& notes) {
   std::string script;
   for (const Note& note : notes) {
-    script +=
-        fmt::format("set label {} at {:g},{:g} {},{} font ',11' tc rgb '{}' front\n", quoted_text(note.text),
-                    note.x, note.y, note.to_the_left ? "right offset -0.9" : "left offset 0.9",
-                    note.is_below ? -0.9 : 0, text_ink.light);
+    script += fmt::format("set label {} at {:g},{:g} right offset -0.9,{} font ',11' tc rgb '{}' front\n",
+                          quoted_text(note.text), note.x, note.y, note.is_below ? -0.9 : 0, text_ink.light);
   }
   return script;
 }
@@ -142,8 +137,8 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
       left / layout.width, right / layout.width, 1 - top / layout.height, 1 - bottom / layout.height);
   script += "set xtics out nomirror scale 0.5 autofreq\nset ytics out nomirror scale 0.5 autofreq\n";
   script += axis_script('x', panel.x, range_of(panel, 0), right - left, 40) +
-            axis_script('y', panel.y, range_of(panel, 1), bottom - top, 18) +
-            triangle_script(panel.triangles) + notes_script(panel.notes);
+            axis_script('y', panel.y, range_of(panel, 1), bottom - top, 18) + "unset arrow\nunset label\n" +
+            (panel.triangle ? triangle_script(*panel.triangle) : "") + notes_script(panel.notes);
   script += text_script(layout, panel.title, 0.5 * (left + right), top - 12, "center", 12) +
             text_script(layout, panel.x.title, 0.5 * (left + right), bottom + 35, "center", 12) +
             text_script(layout, panel.y.title, left - layout.left_margin + 12, 0.5 * (top + bottom),

@@ -41,20 +41,11 @@ struct Axis {
   bool holds(double value) const { return !range || ((*range)[0] <= value && value <= (*range)[1]); }
 };
 
-/// A right triangle that shows a power law: its right angle is at (x, y), its width a factor `width` in x.
-struct SlopeTriangle {
-  double x;
-  double y;
-  double width;
-  double slope;
-};
-
-/// Text beside a point.
+/// Text to the left of a point.
 struct Note {
   double x;
   double y;
   std::string text;
-  bool to_the_left = false;
   bool is_below = false;
 };
 
@@ -63,7 +54,8 @@ struct Panel {
   Axis x = {};
   Axis y = {};
   std::vector<Series> series = {};
-  std::vector<SlopeTriangle> triangles = {};
+  /// The corner below a line of slope 1 on logarithmic axes, of a triangle that is a factor of 3 wide.
+  std::optional<std::array<double, 2>> triangle = {};
   std::vector<Note> notes = {};
 };
 

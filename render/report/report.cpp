@@ -167,16 +167,6 @@ class Report {
     page_.table(bad_figures_table(missed));
   }
 
-  void slopes() {
-    for (const std::string& scene : scenes_of(records_)) {
-      const std::vector<SweepRecord> own = of_scene(records_, scene);
-      const TextTable slopes = slopes_table(own);
-      if (has_contacts(own) || slopes.rows.empty()) continue;
-      page_.heading(4, scene);
-      table(slopes);
-    }
-  }
-
   /// Adds a card for each scene with the chosen runs, their curve and a picture; for many scenes a table.
   void choices() {
     const std::vector<std::string> scenes = scenes_of(records_);
@@ -243,12 +233,10 @@ class Report {
       {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
       {"orders", [this] { table(orders_); }},
-      {"slopes of each scene", [this] { slopes(); }},
       {"equal rows", [this] { table(equal_rows_.table); }},
       {"limits", [this] { table(limits_table(records_, false)); }},
       {"limits with contacts", [this] { table(limits_table(records_, true)); }},
       {"energy", [this] { table(energy_table(records_)); }},
-      {"sliding", [this] { table(sliding_table(records_)); }},
       {"springs", [this] { table(source_.properties ? springs_table() : TextTable()); }},
       {"advice for each scene", [this] { advice_for_scenes(); }},
       {"references", [this] { table(references_table(records_)); }},

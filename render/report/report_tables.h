@@ -60,9 +60,6 @@ TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vect
 /// Returns the stability limits of scenes with contacts, or of those without: their settings differ.
 TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts);
 
-/// Returns the powers of two by which the error falls from each run of a family to the next.
-TextTable slopes_table(const std::vector<SweepRecord>& records);
-
 /// Returns the orders, a row for each scene without contacts, a column for each family of runs.
 TextTable orders_table(const std::vector<SweepRecord>& records);
 /// Returns "A1 0.98 to 1.22, …": the range of a family's orders over the scenes.
@@ -71,9 +68,6 @@ std::string order_ranges(const TextTable& table);
 /// Returns, for scenes without contacts at equal row solves, the change of energy to the end and its largest
 /// rise, over the energy that the scene can lose.
 TextTable energy_table(const std::vector<SweepRecord>& records);
-
-/// Returns closed forms of scenes whose contacts slide or roll, and the measured values at equal row solves.
-TextTable sliding_table(const std::vector<SweepRecord>& records);
 
 /// Returns the energy that an undamped spring has left after a second, beside the closed form of implicit
 /// steps.

@@ -303,7 +303,7 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
     } else {
       chosen.points.push_back(point);
       // Write to the left and below: no run is cheaper and better, so there are no curves.
-      panel.notes.push_back({point[0], point[1], text, true, true});
+      panel.notes.push_back({point[0], point[1], text, true});
     }
   }
   if (!chosen.points.empty()) panel.series.push_back(std::move(chosen));
@@ -321,9 +321,9 @@ Sheet order_sheet(const FigureSource& source) {
     if (panel.series.front().points.size() < 2) continue;
     const auto& points = panel.series.front().points;
     const auto& anchor = points[points.size() / 2];
-    panel.triangles = {{anchor[0] * 1.3, anchor[1] * 0.12, 3, 1}};
+    panel.triangle = std::array{anchor[0] * 1.3, anchor[1] * 0.12};
     // Extend the range to whole decades that hold the lines and the triangle
-    double least = panel.triangles[0].y;
+    double least = (*panel.triangle)[1];
     double most = least;
     for (const Series& series : panel.series) {
       for (const auto& point : series.points) {

@@ -16,7 +16,7 @@
 #include "render/report/document.h"
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
-#include "render/video/labels.h"
+#include "render/video/titles.h"
 #include "render/video/video.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -44,10 +44,6 @@ std::string without_comments(std::string_view text) {
   }
 }
 
-bool is_elsewhere(std::string_view address) {
-  return address.starts_with("https://") || address.starts_with("http://") || address.starts_with('#');
-}
-
 /// Replaces the attribute's addresses; an empty replacement removes the attribute. In text, md4c writes
 /// quotes as entities.
 template <typename Address>
@@ -61,8 +57,9 @@ std::string with_addresses(std::string_view html, std::string_view attribute, co
     html.remove_prefix(at + begin.size());
     const std::string_view given = html.substr(0, html.find('"'));
     html.remove_prefix(given.size() + 1);
-    const std::string becomes =
-        is_elsewhere(given) ? std::string(given) : escaped(address(std::string(given)));
+    const bool is_elsewhere =
+        given.starts_with("https://") || given.starts_with("http://") || given.starts_with('#');
+    const std::string becomes = is_elsewhere ? std::string(given) : escaped(address(std::string(given)));
     if (!becomes.empty()) result += fmt::format("{}{}\"", begin, becomes);
   }
 }
@@ -238,7 +235,6 @@ std::string make_scene(const SiteSettings& settings, const fs::path& file,
   if (settings.films) {
     VideoSettings video;
     video.comparison = compared;
-    video.threads = compared.threads;
     video.frame_rate = settings.frame_rate;
     video.title = text.title;
     video.output = whole.path() / "film.mp4";

@@ -57,8 +57,9 @@ class PanelPainter {
     if (drawn_ != shown_frames_[k]) drawn_picture_ = renderer_->draw(poses);
     drawn_ = shown_frames_[k];
     const std::optional<Divergence>& divergence = film_.divergences[index_];
+    const auto in_second_of_film = static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
     const bool is_ringed = divergence && k >= divergence->frame && k < run().errors.size() &&
-                           k < divergence->frame + film_.second();
+                           k < divergence->frame + in_second_of_film;
     if ((!settings.overlays.any() && !is_ringed) || run().is_reference()) return drawn_picture_;
     OverlayFrame frame{film_.scene, renderer_->view(), run(), film_.scales};
     frame.k = k;
@@ -115,10 +116,9 @@ Painter make_painter(const Film& film, const Composition& composition, int every
   std::map<int, std::shared_ptr<Renderer>> renderers;
   auto panels = std::make_shared<std::vector<PanelPainter>>();
   for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
-    RenderSettings pictures;
-    pictures.width = composition.picture_width(run);
-    pictures.height = composition.picture_height();
-    pictures.steps_back = !film.settings.camera.named;
+    const RenderSettings pictures{.width = composition.picture_width(run),
+                                  .height = composition.picture_height(),
+                                  .steps_back = !film.settings.camera.named};
     std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
     if (!renderer) {
       // Leave the way of a followed body to the camera's motion
@@ -137,10 +137,6 @@ Painter make_painter(const Film& film, const Composition& composition, int every
 }
 
 }  // namespace
-
-std::size_t Film::second() const {
-  return static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
-}
 
 std::optional<std::size_t> Film::freeze() const {
   std::optional<std::size_t> first;
@@ -162,7 +158,7 @@ void paint_frames(const Film& film, int width, int height, int every,
                                 key_of(film.settings.overlays, film.scales, film.freeze().has_value()),
                                 film.settings.strips);
   const int count = (static_cast<int>(film.comparison.times.size()) - 1) / every + 1;
-  const int threads = std::clamp(film.settings.threads, 1, count);
+  const int threads = std::clamp(film.settings.comparison.threads, 1, count);
   std::vector<std::promise<Image>> frames(static_cast<std::size_t>(count));
   std::mutex mutex;
   std::condition_variable changed;

@@ -20,8 +20,6 @@ struct Film {
   OverlayScales scales = scales_of(scene, comparison, settings.overlays);
   std::vector<std::optional<Divergence>> divergences{};  ///< of the runs, where the film freezes
 
-  /// Returns the frames in a second of film.
-  std::size_t second() const;
   /// Returns the first frame at which a run has diverged from the reference.
   std::optional<std::size_t> freeze() const;
 };

@@ -10,7 +10,7 @@
 
 #include "render/text.h"
 #include "render/video/film_camera.h"
-#include "render/video/labels.h"
+#include "render/video/titles.h"
 #include "sim/math/rotation.h"
 #include "sim/model/model.h"
 

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <utility>
 
-#include "render/video/labels.h"
 #include "render/video/overlay.h"
+#include "render/video/titles.h"
 #include "sim/error.h"
 #include "sim/measure/motion.h"
 
@@ -37,11 +37,6 @@ std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
     }
   }
   return values;
-}
-
-/// Returns the next of 1, 2, 5, 10, … above a value; 1 for 0.
-double round_up(double value) {
-  return value > 0 ? rounded_out(value) : 1;
 }
 
 }  // namespace
@@ -94,12 +89,13 @@ Overlays overlays_named(const std::vector<std::string>& names) {
 
 OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const Overlays& overlays) {
   OverlayScales scales;
-  const Decades errors = axis_of(comparison, Strip::error).decades;
+  const StripAxis errors = axis_of(comparison, Strip::error);
   scales.low = std::pow(10.0, errors.lower);
   scales.high = std::pow(10.0, errors.upper);
   if (overlays.tint == Overlays::Tint::speed) {
     std::vector<double> speeds = values_of(scene, comparison, &FrameQuantities::speeds);
-    scales = {false, 0, round_up(quantile(speeds, 0.98))};
+    const double high = quantile(speeds, 0.98);
+    scales = {false, 0, high > 0 ? rounded_out(high) : 1};
   } else if (overlays.tint == Overlays::Tint::penetration) {
     std::vector<double> depths = values_of(scene, comparison, &FrameQuantities::depths);
     scales.high = std::pow(10.0, std::ceil(std::log10(std::max(quantile(depths, 0.995), 1e-6)) - 1e-9));
@@ -115,7 +111,7 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   }
   // Draw a large impulse about a tenth of the scene long, with a round number of newton seconds in a metre
   const double large = quantile(impulses, 0.9);
-  if (large > 0) scales.metres_per_impulse = 1 / round_up(large / (0.1 * size_of(scene)));
+  if (large > 0) scales.metres_per_impulse = 1 / rounded_out(large / (0.1 * size_of(scene)));
   return scales;
 }
 

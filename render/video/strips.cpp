@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "render/text.h"
-#include "render/video/labels.h"
 #include "render/video/titles.h"
 #include "sim/error.h"
 
@@ -35,10 +34,10 @@ const StripKind& kind_of(Strip strip) {
   return kinds.at(static_cast<std::size_t>(strip));
 }
 
-/// Returns decades that hold the values, without the smallest 5 % and those above 100 m.
-Decades decades_of(std::vector<double> values) {
+/// Returns an axis of decades that hold the values, without the smallest 5 % and those above 100 m.
+StripAxis logarithmic_axis(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !(value > 0); });
-  Decades scale;
+  StripAxis scale;
   if (values.empty()) return scale;
   std::sort(values.begin(), values.end());
   // A run that explodes, and the first instants in which all agree, would press the rest into a line.
@@ -85,14 +84,14 @@ void draw_grid(const StripPainter& painter, Image& image, const StripBox& strip)
       draw_level(y, value == axis.mark ? quiet : grid, is_labelled ? axis.label(value) : "", 0);
     }
   } else {
-    const int decades = axis.decades.upper - axis.decades.lower;
+    const int decades = axis.upper - axis.lower;
     for (int decade = 0; decade <= decades; ++decade) {
       constexpr std::array<const char*, 10> names{"1 µm",  "10 µm", "0.1 mm", "1 mm",  "1 cm",
                                                   "10 cm", "1 m",   "10 m",   "100 m", "1 km"};
       // Label the top and the bottom alone, for want of room
       const bool is_end = decade == 0 || decade == decades;
       draw_level(plot.y + plot.height * (1 - static_cast<double>(decade) / decades), grid,
-                 is_end ? names.at(static_cast<std::size_t>(axis.decades.lower + decade + 6)) : "",
+                 is_end ? names.at(static_cast<std::size_t>(axis.lower + decade + 6)) : "",
                  decade == 0 ? -1 * scale : scale);
     }
   }
@@ -195,7 +194,7 @@ void draw_clipped(const StripPainter& painter, Image& image, const StripBox& str
                   std::size_t end) {
   const std::vector<double>& values = series_of(painter.comparison.runs[run], strip.kind);
   const StripAxis& axis = strip.axis;
-  const double top = axis.is_logarithmic ? std::pow(10.0, axis.decades.upper) : axis.high;
+  const double top = axis.is_logarithmic ? std::pow(10.0, axis.upper) : axis.high;
   const double bottom = axis.is_logarithmic ? 0 : axis.low;
   const double least = 1e-6 * (top - bottom);  // beyond an end that is rounded
   const TextStyle style{.size = std::max(8.0, 11 * painter.scale),
@@ -260,15 +259,10 @@ double rounded_out(double value) {
   return value;
 }
 
-double Decades::height(double value) const {
-  const double smallest = std::pow(10.0, lower);
-  const double decades = std::log10(std::max(value, smallest)) - lower;
-  return std::min(1.0, decades / (upper - lower));
-}
-
 double StripAxis::height(double value) const {
-  if (is_logarithmic) return decades.height(value);
-  return std::clamp((value - low) / (high - low), 0.0, 1.0);
+  if (!is_logarithmic) return std::clamp((value - low) / (high - low), 0.0, 1.0);
+  const double decades = std::log10(std::max(value, std::pow(10.0, lower))) - lower;
+  return std::min(1.0, decades / (upper - lower));
 }
 
 std::string StripAxis::label(double value) const {
@@ -281,7 +275,6 @@ std::string StripAxis::label(double value) const {
 }
 
 StripAxis axis_of(const Comparison& comparison, Strip strip) {
-  StripAxis axis;
   std::vector<double> values;
   for (const Run& run : comparison.runs) {
     const std::vector<double>& of_run = series_of(run, strip);
@@ -289,12 +282,8 @@ StripAxis axis_of(const Comparison& comparison, Strip strip) {
   }
   const bool is_linear = strip == Strip::energy || (strip == Strip::expected && comparison.expected &&
                                                     !is_deviation(*comparison.expected));
-  if (!is_linear) {
-    axis.decades = decades_of(std::move(values));
-    return axis;
-  }
-  axis.is_logarithmic = false;
-  axis.unit = "J";
+  if (!is_linear) return logarithmic_axis(std::move(values));
+  StripAxis axis{.is_logarithmic = false, .unit = "J"};
   if (strip == Strip::expected) {
     axis.mark = comparison.expected->value;
     axis.unit = unit_of(*comparison.expected);

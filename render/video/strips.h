@@ -33,20 +33,12 @@ Dash dash_of(std::size_t run);
 /// Returns the next of 1, 2, 5, 10, … away from 0.
 double rounded_out(double value);
 
-/// The decades of a logarithmic axis, as powers of ten.
-struct Decades {
-  int lower = -3;
-  int upper = 0;
-
-  double height(double value) const;  ///< in the strip: 0 at the bottom, 1 at the top
-};
-
 /// The axis of a strip, the same in all panels: decades of metres, or numbers about a mark.
 struct StripAxis {
   bool is_logarithmic = true;
-  Decades decades;
-  double low = 0, high = 1;  ///< in `unit`
-  double mark = 0;           ///< energy at the start, or the expected value
+  int lower = -3, upper = 0;  ///< powers of ten, of a logarithmic axis
+  double low = 0, high = 1;   ///< in `unit`, of others
+  double mark = 0;            ///< energy at the start, or the expected value
   std::string_view unit = "m";
 
   double height(double value) const;      ///< in the strip: 0 at the bottom, 1 at the top

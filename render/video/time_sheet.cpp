@@ -8,7 +8,6 @@
 
 #include "render/renderer.h"
 #include "render/text.h"
-#include "render/video/labels.h"
 #include "render/video/strips.h"
 #include "render/video/titles.h"
 
@@ -21,51 +20,45 @@ constexpr Color quiet{100, 105, 114};
 /// The layout in pixels. A sheet of a single time has several runs in a row; later rows may have one run
 /// less, in wider pictures.
 struct Grid {
-  int gap, line, left, top, width, height;
-  std::size_t most;  ///< runs in a full row
-  std::size_t full;  ///< runs in all full rows; later rows have one run less
-  std::size_t rows;
+  int gap, line, top;
+  int most;                   ///< runs in a full row
+  int width, height;          ///< of the sheet
+  std::vector<Box> pictures;  ///< of each run at the first time, below the run's title
 
   Grid(const TimeSheetSettings& settings)
       : gap(gap_of(settings)),
         line(static_cast<int>(std::lround(1.4 * settings.text))),
-        left(gap),
-        top(gap + (settings.title.empty() ? 2 : 3) * line),
-        width(settings.width),
-        height(settings.height) {
-    const std::size_t count = settings.comparison.panels.size();
-    const auto in_row = static_cast<std::size_t>(settings.times.size() == 1 ? settings.runs_in_row : 1);
-    rows = (count + in_row - 1) / in_row;
+        top(gap + (settings.title.empty() ? 2 : 3) * line) {
+    const int count = static_cast<int>(settings.comparison.panels.size());
+    const int in_row = settings.times.size() == 1 ? settings.runs_in_row : 1;
+    const int rows = (count + in_row - 1) / in_row;
     most = (count + rows - 1) / rows;
-    full = count % rows == 0 ? count : count % rows * most;
+    const int pitch = settings.height + line + gap;
+    width = gap + (static_cast<int>(settings.times.size()) - 1 + most) * (settings.width + gap);
+    height = top + rows * pitch;
+    for (int row = 0; row < rows; ++row) {
+      const int columns = count / rows + (row < count % rows ? 1 : 0);
+      const int wide = (most * (settings.width + gap) - columns * gap) / columns;
+      for (int column = 0; column < columns; ++column)
+        pictures.push_back({gap + column * (wide + gap), top + line + row * pitch, wide, settings.height});
+    }
   }
 
-  std::size_t row_of(std::size_t run) const {
-    return run < full ? run / most : full / most + (run - full) / (most - 1);
-  }
-  int width_of(std::size_t run) const {
-    if (run < full) return width;
-    const auto less = static_cast<int>(most) - 1;
-    return ((less + 1) * (width + gap) - less * gap) / less;
-  }
   /// Returns the left edge of a run's picture in a column of times.
   int x(std::size_t column, std::size_t run) const {
-    const std::size_t in_row = run < full ? run % most : (run - full) % (most - 1);
-    return left + static_cast<int>(column + in_row) * (width_of(run) + gap);
+    return pictures[run].x + static_cast<int>(column) * (pictures[run].width + gap);
   }
-  /// Returns the top edge of a picture, below its run's title.
-  int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
 /// Draws a run's name, in its colour, and its title above the run's first picture.
 void draw_run(Image& image, const Grid& grid, std::size_t index, const Run& run, const std::string& words,
               double size) {
-  const double base = grid.y(index) - 0.4 * size;
+  const double base = grid.pictures[index].y - 0.4 * size;
   const TextStyle bold{.size = size, .color = accent_on_white(run.panel), .bold = true};
   const std::string name = name_of(run.panel);
   const TextStyle plain{.size = size, .color = text_color};
   const double words_left = text_width(name, bold) + 0.5 * size;
-  const int room = grid.most == 1 ? image.width - 2 * grid.gap : grid.width_of(index);
+  const int room = grid.most == 1 ? image.width - 2 * grid.gap : grid.pictures[index].width;
   draw_text(image, grid.x(0, index), base, name, bold);
   draw_text(image, grid.x(0, index) + words_left, base, cut(words, plain, room - words_left), plain);
 }
@@ -92,14 +85,15 @@ std::string note_on(const Comparison& comparison, const Run& run, std::size_t fr
 void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t run, const std::string& note,
                double size) {
   if (note.empty()) return;
+  const Box& box = grid.pictures[run];
   const TextStyle style{.size = 0.9 * size, .color = text_color, .bold = true};
-  const std::vector<std::string> lines = wrapped(note, style, grid.width_of(run) - 0.8 * size);
+  const std::vector<std::string> lines = wrapped(note, style, box.width - 0.8 * size);
   double widest = 0;
   for (const std::string& line : lines) widest = std::max(widest, text_width(line, style));
   const int wide = static_cast<int>(std::lround(widest + 0.8 * size));
-  const int x = grid.x(column, run) + grid.width_of(run) - wide;
+  const int x = grid.x(column, run) + box.width - wide;
   const int high = grid.line * static_cast<int>(lines.size());
-  int y = grid.y(run) + grid.height - high;
+  int y = box.y + box.height - high;
   fill_rectangle(image, x, y, wide, high, {255, 255, 255}, 0.75);
   for (const std::string& line : lines) {
     draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, line, style);
@@ -124,7 +118,7 @@ void draw_head(Image& image, const Grid& grid, const TimeSheetSettings& settings
   const auto draw_line = [&](double base, const std::string& text, TextStyle style) {
     const int room = image.width - 2 * grid.gap;
     while (style.size > 6 && text_width(text, style) > room) style.size *= 0.97;
-    draw_text(image, grid.left, base, cut(text, style, room), style);
+    draw_text(image, grid.gap, base, cut(text, style, room), style);
   };
   draw_line(grid.gap + settings.text, settings.title,
             {.size = 1.2 * settings.text, .color = text_color, .bold = true});
@@ -140,20 +134,14 @@ int gap_of(const TimeSheetSettings& settings) {
 }
 
 TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings) {
-  RenderSettings pictures;
-  pictures.width = settings.width;
-  pictures.height = settings.height;
-  pictures.steps_back = !settings.camera.named;
+  RenderSettings pictures{
+      .width = settings.width, .height = settings.height, .steps_back = !settings.camera.named};
   check(pictures);
   const Grid grid(settings);
   const std::size_t runs = settings.comparison.panels.size();
-  RenderSettings whole;
-  const std::size_t columns = settings.times.size() - 1 + grid.most;
-  whole.width = grid.left + static_cast<int>(columns) * (grid.width + grid.gap);
-  whole.height = grid.top + static_cast<int>(grid.rows) * (grid.height + grid.line + grid.gap);
-  check(whole);
+  check({.width = grid.width, .height = grid.height});
 
-  TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings)};
+  TimeSheet sheet{Image(grid.width, grid.height), simulated(scene, settings)};
   Image& image = sheet.image;
   const Comparison& comparison = sheet.comparison;
   std::ranges::fill(image.rgb, std::uint8_t{255});
@@ -166,7 +154,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   std::map<int, Renderer> renderers;
   for (std::size_t run = 0; run < runs; ++run) {
-    pictures.width = grid.width_of(run);
+    pictures.width = grid.pictures[run].width;
     if (renderers.contains(pictures.width)) continue;
     renderers.try_emplace(pictures.width, seen_by(settings.camera, scene), pictures, seen);
   }
@@ -180,8 +168,8 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
       if (column == 0) draw_run(image, grid, index, run, titles.words[index], settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
-        paste(image, renderers.at(grid.width_of(index)).draw(run.poses[last]), grid.x(column, index),
-              grid.y(index));
+        paste(image, renderers.at(grid.pictures[index].width).draw(run.poses[last]), grid.x(column, index),
+              grid.pictures[index].y);
       }
       draw_note(image, grid, column, index, note_on(comparison, run, frame), settings.text);
       if (settings.progress) {

@@ -1,12 +1,12 @@
 #pragma once
-/// Names, titles and colours of panels.
+/// Names, titles and colours of panels; numbers and results of a comparison as text.
 
-#include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "render/text.h"
 #include "render/video/comparison.h"
+#include "sim/measure/text_table.h"
 
 namespace substep::render {
 
@@ -29,8 +29,6 @@ Titles titles_of(const std::vector<Run>& runs);
 /// "A5 n=4".
 std::string curve_name(const std::vector<Run>& runs, const PanelChoice& panel);
 
-using Color = std::array<std::uint8_t, 3>;
-
 namespace film_colors {
 inline constexpr Color ground{15, 18, 24};
 inline constexpr Color surface{24, 29, 37};
@@ -49,5 +47,22 @@ Color accent_on_white(const PanelChoice& panel);
 Color faded(const Color& color);
 
 std::string html_color(const Color& color);  ///< "#5db4ea"
+
+/// Returns a length of at most three digits: "1.23 m", "45.6 mm", "7.8 µm".
+std::string length_label(double metres);
+
+/// Returns an error against a reference that is uncertain by `certain`, m; smaller errors are "≤ 2.0 µm", or
+/// "< 1 µm".
+std::string error_label(double metres, double certain);
+
+/// Returns an energy with its sign: "+1.23 kJ", "−45.6 mJ", "0 J".
+std::string energy_label(double joules);
+
+/// Returns a row for each run but the reference: its settings, errors, row solves and reason of an
+/// early end. `with_times` adds its CPU time, which varies.
+TextTable table_of(const Comparison& comparison, bool with_times);
+
+/// Returns the reference's method, uncertainty and end; empty where there is no reference.
+std::string words_on_reference(const Comparison& comparison);
 
 }  // namespace substep::render

@@ -1,7 +1,6 @@
 #include "render/video/video.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -132,22 +131,12 @@ void make_loop(const Film& film, const fs::path& program) {
                           "+bitexact", "-f", "gif"}));
     paint_frames(film, width, height, every, [&](int k, const Image& frame) {
       file.write(frame);
-      if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
+      settings.progress("loop", static_cast<double>(k + 1) / count);
     });
     if (file.complete() <= 2'000'000) return file.publish();
   }
   throw Error("{}: the loop cannot be made smaller than 2 MB: shorten it with --duration",
               settings.loop->string());
-}
-
-/// Returns the frame nearest to the time; without a time, the frame at 60 % of the film.
-int poster_frame(const Comparison& comparison, const std::optional<double>& time) {
-  const int last = static_cast<int>(comparison.times.size()) - 1;
-  const double frame = 0.6 * last;
-  if (!time) return static_cast<int>(std::lround(frame));
-  const auto distance = [&](double t) { return std::abs(t - *time); };
-  const auto nearest = std::ranges::min_element(comparison.times, {}, distance);
-  return static_cast<int>(nearest - comparison.times.begin());
 }
 
 /// Throws Error where an output cannot be made, before the long work.
@@ -184,16 +173,6 @@ void check_outputs(const VideoSettings& settings, const std::optional<Container>
   }
 }
 
-/// Returns the CPU time of this process, or of its ended children, s.
-double cpu_seconds(int who) {
-  rusage usage{};
-  getrusage(who, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 /// Returns the settings with the readings that the overlays and strips show.
 ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
@@ -213,18 +192,12 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container, program.has_value());
-  const double begun = cpu_seconds(RUSAGE_SELF);
   if (!simulated) {
-    simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {
-      if (settings.progress) settings.progress("simulating", share);
-    });
+    simulated = simulate_comparison(scene, with_readings(scene, settings),
+                                    [&](double share) { settings.progress("simulating", share); });
   }
   VideoReport report;
   report.comparison = std::move(*simulated);
-  report.written = settings.frames.value_or(settings.output);
-  const double start = cpu_seconds(RUSAGE_SELF);
-  report.cpu.simulating = start - begun;
-  const double ffmpeg_start = cpu_seconds(RUSAGE_CHILDREN);
   const Comparison& comparison = report.comparison;
   const Film film = film_of(scene, settings, comparison);
 
@@ -232,8 +205,8 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
   std::unique_ptr<FilmFile> file;
   const std::vector<std::string> output = film_output(container.value_or(Container::mp4));
   if (settings.frames) {
-    folder = std::make_unique<FrameFolder>(report.written);
-    const std::string pictures = (report.written / "frame_%04d.png").string();
+    folder = std::make_unique<FrameFolder>(*settings.frames);
+    const std::string pictures = (*settings.frames / "frame_%04d.png").string();
     report.film_command = command_line(
         joined(joined({"-framerate", fmt::format("{}", settings.frame_rate), "-i", pictures}, output),
                {settings.output.string()}));
@@ -254,8 +227,8 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
       if (file) file->write(frame);
       if (folder) folder->write(frame);
     }
-    if (settings.poster && k == poster_frame(comparison, settings.poster_time)) poster = to_png(frame);
-    if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
+    if (settings.poster && k == std::lround(0.6 * (count - 1))) poster = to_png(frame);
+    settings.progress("drawing", static_cast<double>(k + 1) / count);
   });
   if (settings.loop) make_loop(film, *program);
   if (file) {
@@ -264,8 +237,6 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
   }
   if (folder) folder->publish();
   if (settings.poster) write_file(*settings.poster, poster);
-  report.cpu.drawing = cpu_seconds(RUSAGE_SELF) - start;
-  report.cpu.encoding = cpu_seconds(RUSAGE_CHILDREN) - ffmpeg_start;
   return report;
 }
 

@@ -28,26 +28,15 @@ struct VideoSettings {
   double hold = 1;                              ///< time for which the last frame stays, s
   std::filesystem::path output;                 ///< the film: .mp4, .webm, .gif or .apng
   std::optional<std::filesystem::path> frames;  ///< a folder for PNG files, instead of the film
-  std::optional<std::filesystem::path> poster;  ///< one frame, PNG
-  std::optional<double> poster_time;            ///< time of the poster, s
+  std::optional<std::filesystem::path> poster;  ///< the frame at 60 % of the film, PNG
   std::optional<std::filesystem::path> loop;    ///< a small film for a page, GIF, below 2 MB
-  int threads = 2;                              ///< the result is the same for any number
-  /// Receives the current task and the fraction done; may be empty.
+  /// Receives the current task and the fraction done; must be set.
   std::function<void(std::string_view stage, double share)> progress;
-};
-
-/// CPU times of this process and of ffmpeg, s.
-struct CpuTimes {
-  double simulating = 0;
-  double drawing = 0;
-  double encoding = 0;
 };
 
 struct VideoReport {
   Comparison comparison;
-  CpuTimes cpu;
-  std::filesystem::path written;  ///< the film, or the folder of frames
-  std::string film_command;       ///< the ffmpeg command that makes a film of the frames; else empty
+  std::string film_command;  ///< the ffmpeg command that makes a film of the frames; else empty
 };
 
 /// Draws a film of runs, and simulates them unless they were `simulated` already. The output's extension

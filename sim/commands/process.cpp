@@ -63,13 +63,13 @@ extern "C" void substep_failed(int signal) {
   end_by(signal);
 }
 
-void handle(int signal, void (*handler)(int), bool on_own_stack) {
+void handle(int signal, void (*handler)(int)) {
   struct sigaction now {};
   // Keep signals that the parent ignores (nohup) or a sanitizer handles.
   if (::sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL) return;
   struct sigaction action {};
   action.sa_handler = handler;
-  action.sa_flags = on_own_stack ? SA_ONSTACK : 0;
+  action.sa_flags = SA_ONSTACK;
   ::sigaction(signal, &action, nullptr);
 }
 
@@ -82,14 +82,14 @@ void prepare_process() {
   }
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGCHLD, SIG_DFL);  // ignored, it would take away the exit codes of children
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_ended_by_signal, false);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_ended_by_signal);
   // An overflowing stack has no room for a handler.
   static std::array<char, 1 << 16> stack;
   stack_t own{};
   own.ss_sp = stack.data();
   own.ss_size = stack.size();
   ::sigaltstack(&own, nullptr);
-  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) handle(signal, substep_failed, true);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) handle(signal, substep_failed);
 }
 
 void flush_output() {

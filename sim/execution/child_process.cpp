@@ -12,17 +12,6 @@
 #include <system_error>
 
 namespace substep {
-namespace {
-
-std::vector<char*> pointers_to(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  pointers.reserve(texts.size() + 1);
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
-}  // namespace
 
 TemporaryFile::TemporaryFile(std::string_view content) : descriptor_(::memfd_create("substep", MFD_CLOEXEC)) {
   while (descriptor_ >= 0 && !content.empty()) {
@@ -71,8 +60,11 @@ ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& stream
   ::sigaddset(&signals, SIGXFSZ);
   ::posix_spawnattr_setsigdefault(&attributes, &signals);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
-  const int failure = ::posix_spawnp(&process_, words.front().c_str(), &actions, &attributes,
-                                     pointers_to(words).data(), environ);
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const int failure =
+      ::posix_spawnp(&process_, arguments.front(), &actions, &attributes, arguments.data(), environ);
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
   if (failure == 0) return;

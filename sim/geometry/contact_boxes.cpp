@@ -26,18 +26,8 @@ struct Relative {
 };
 
 /// The incident face seen from the reference face: each corner's position in the plane (x, y) and height
-/// above it (z). Has room from the start: boxes that lie flat in the first step may be cut later.
-struct BoxFace : CutPolygon {
-  BoxFace() {
-    constexpr std::size_t most = 8;  // four corners, and one more for each cut by a side
-    corners.reserve(most);
-    kept.reserve(most);
-    distances.reserve(most);
-  }
-};
-
-// Reserved at a thread's first pair of boxes; later steps allocate nothing.
-thread_local BoxFace box_face;
+/// above it (z). It has four corners, and one more for each cut by a side.
+thread_local CutPolygon box_face(8);
 
 /// Removes corners beyond four that are no farther than `distance` from the line through those beside them,
 /// the nearest first.

@@ -54,11 +54,11 @@ class RevolvedSearch {
 
   /// Measures a direction. Returns false where it separates the two by the margin.
   bool consider(const Vector3& n, std::uint32_t arc, bool of_neighbour) {
-    std::uint32_t vertex = 0;
-    const double separation = -a_.height(-n) - b_.height(n, vertex);
+    const Extent of_b = b_.extent(n);
+    const double separation = -a_.height(-n) - of_b.height;
     if (separation <= edge_.separation) return true;
     // Directions of arcs and neighbours need no test; others count where the facets push along them.
-    if (arc == no_index && !of_neighbour && !b_.pushes(n, vertex)) return true;
+    if (arc == no_index && !of_neighbour && !b_.pushes(n, of_b.vertex)) return true;
     edge_ = {{separation, n}, arc, of_neighbour};
     return separation < margin_;
   }
@@ -68,9 +68,9 @@ class RevolvedSearch {
     for (std::uint32_t end = 0; end < 2; ++end) {
       if (a_.radius[end] == 0) continue;
       const Vector3 n = end == 0 ? a_.axis : Vector3(-a_.axis);
-      std::uint32_t vertex = 0;
-      const double separation = -a_.height(-n) - b_.height(n, vertex);
-      if (!b_.pushes(n, vertex)) continue;
+      const Extent of_b = b_.extent(n);
+      const double separation = -a_.height(-n) - of_b.height;
+      if (!b_.pushes(n, of_b.vertex)) continue;
       if (separation >= margin_) return false;
       // A face of b is taken before one of a.
       const double handicap = face_.of_b ? second_face_preference(face_.separation, size_) : 0;
@@ -160,10 +160,8 @@ class RevolvedSearch {
       std::visit([&](const auto& feature) { manifold.add(feature, polygon); },
                  feature_towards(a_, -face_.normal));
     } else {
-      std::uint32_t vertex = 0;
-      b_.height(face_.normal, vertex);
       manifold.add(end_disc(a_, static_cast<int>(face_.face)),
-                   b_.polygon(b_.face_at(vertex, face_.normal), polygon_memory));
+                   b_.polygon(b_.face_towards(face_.normal), polygon_memory));
     }
     // Reject the face where clipping removed the lowest point, but not a mesh's triangle: its neighbour may
     // have that point.
@@ -185,8 +183,7 @@ class RevolvedSearch {
   /// if there is none.
   Segment edge_of_b(const Segment& of_a, double near) const {
     if (edge_.arc != no_index) return b_.edge(b_.arcs[edge_.arc]);
-    std::uint32_t vertex = 0;
-    const double highest = b_.height(edge_.normal, vertex);
+    const auto [highest, vertex] = b_.extent(edge_.normal);
     Segment best = {b_.vertices[vertex], b_.vertices[vertex]};
     double most = -1;
     for (const Facets::Arc& arc : b_.arcs) {
@@ -293,7 +290,8 @@ bool Facets::pushes(const Vector3& direction, std::uint32_t vertex) const {
   return true;
 }
 
-std::uint32_t Facets::face_at(std::uint32_t vertex, const Vector3& direction) const {
+std::uint32_t Facets::face_towards(const Vector3& direction) const {
+  const std::uint32_t vertex = extent(direction).vertex;
   double most = -infinity;
   std::uint32_t best = 0;
   for (std::uint32_t f = 0; f < face_normals.size(); ++f) {

@@ -46,15 +46,13 @@ struct Facets {
   void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
 
   Segment edge(const Arc& arc) const { return {vertices[arc.from], vertices[arc.to]}; }
-  /// Returns the farthest extent along a direction, and its vertex.
-  double height(const Vector3& direction, std::uint32_t& vertex) const {
-    return farthest(vertices, direction, vertex);
-  }
+  /// Returns the extent of the vertices along a direction.
+  Extent extent(const Vector3& direction) const { return farthest(vertices, direction); }
   /// Returns true where the mesh around the triangle's corner lies below it along `direction`, judged by its
   /// neighbours; a mesh does not push along directions of inner edges. Always true for a polytope.
   bool pushes(const Vector3& direction, std::uint32_t vertex) const;
-  /// Returns the face at the vertex that faces `direction` most.
-  std::uint32_t face_at(std::uint32_t vertex, const Vector3& direction) const;
+  /// Returns the face at the farthest vertex along `direction` that faces it most.
+  std::uint32_t face_towards(const Vector3& direction) const;
   /// Returns the corners of a face, in `memory`.
   Polygon polygon(std::uint32_t face, std::vector<Vector3>& memory) const;
 };

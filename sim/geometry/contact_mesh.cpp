@@ -70,20 +70,17 @@ class TriangleSearch {
   }
 
  private:
-  double separation_along(const Vector3& n) const {
-    std::uint32_t vertex = 0;
-    return -a_.height(-n, vertex) - b_.height(n, vertex);
-  }
+  double separation_along(const Vector3& n) const { return -a_.extent(-n).height - b_.extent(n).height; }
 
   /// Finds the face of the largest separation. Returns false where that is the margin or more.
   bool search_faces() {
-    std::uint32_t vertex = 0;
     const Vector3& front = b_.face_normals[0];
-    face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
+    face_ = {{-a_.extent(-front).height - b_.face_offsets[0], front}, true, 0};
     if (face_.separation >= margin_) return false;
     for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
       const Vector3 n = -a_.face_normals[f];
-      const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
+      const auto [height, vertex] = b_.extent(n);
+      const double separation = -a_.face_offsets[f] - height;
       if (separation <= std::max(face_.separation, face_of_a_.separation) || !b_.pushes(n, vertex)) continue;
       if (separation >= margin_) return false;
       face_of_a_ = {{separation, n}, false, f};
@@ -111,12 +108,7 @@ class TriangleSearch {
   }
 
   bool add_face_contacts() {
-    std::uint32_t vertex = 0;
-    std::uint32_t face_of_a = face_.face;
-    if (face_.of_b) {
-      a_.height(-face_.normal, vertex);
-      face_of_a = a_.face_at(vertex, -face_.normal);
-    }
+    const std::uint32_t face_of_a = face_.of_b ? a_.face_towards(-face_.normal) : face_.face;
     Manifold manifold(face_.normal, size_, margin_, out_);
     manifold.add(a_.polygon(face_of_a, scratch.corners_a), b_.polygon(0, scratch.corners_b), face_.of_b);
     return manifold.drop_overlaps(std::max(edge_.separation, face_of_a_.separation));
@@ -133,10 +125,8 @@ class TriangleSearch {
     const double distance = std::sqrt(closest.squared_distance);
     if (closest.squared_distance == margin_ * margin_ || distance <= flush_share * size_) return;
     const Vector3 n = (closest.on_a - closest.on_b) / distance;
-    std::uint32_t vertex = 0;
-    b_.height(n, vertex);
     // Skip what is not closest, or is closer to a neighbour.
-    if (separation_along(n) < distance - 1e-6 * size_ || !b_.pushes(n, vertex)) return;
+    if (separation_along(n) < distance - 1e-6 * size_ || !b_.pushes(n, b_.extent(n).vertex)) return;
     out_.push_back({closest.on_a, closest.on_b, n, distance});
   }
 
@@ -201,11 +191,6 @@ void add_hulls(double tolerance, Contacts& out) {
   }
 }
 
-Vector3 middle_of(const Shape& shape) {
-  const auto* polytope = std::get_if<Polytope>(&shape);
-  return polytope ? polytope->centre : Vector3::Zero();
-}
-
 }  // namespace
 
 void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, const Pose& pose_b,
@@ -221,13 +206,14 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
 
   // Search in the mesh's axes, about the shape.
   const Vector3 origin = in_mesh.position;
-  const Vector3 middle = in_mesh.orientation * middle_of(a);
+  Vector3 middle = Vector3::Zero();
   const std::optional<RevolvedSolid> solid = as_revolved(a, {Vector3::Zero(), in_mesh.orientation});
   double size = 0;
   if (solid) {
     size = 2 * solid->reach();
   } else {
     const auto& polytope = std::get<Polytope>(a);
+    middle = in_mesh.orientation * polytope.centre;
     scratch.facets_a.load(polytope, in_mesh.orientation.toRotationMatrix());
     size = 2 * polytope.bounding_radius;
     scratch.edges_a.clear();

@@ -41,20 +41,17 @@ struct EdgeCandidate : PolytopeEdge {
 
 /// Scratch memory that all pairs share.
 struct PolytopeMemory {
+  static constexpr std::size_t edges_of_box = 12;
   std::vector<FaceKnowledge> faces_a;
   std::vector<FaceKnowledge> faces_b;
   std::vector<EdgeCandidate> edges_a;
   std::vector<EdgeCandidate> edges_b;
-  CutPolygon incident;
+  CutPolygon incident{edges_of_box};
 
   /// Reserves memory for boxes: those that lie flat in the first step may need their edges later.
   PolytopeMemory() {
-    constexpr std::size_t edges_of_box = 12;
     edges_a.reserve(edges_of_box);
     edges_b.reserve(edges_of_box);
-    incident.corners.reserve(edges_of_box);
-    incident.kept.reserve(edges_of_box);
-    incident.distances.reserve(edges_of_box);
   }
 };
 
@@ -75,8 +72,8 @@ double largest_between(double h1, double h2, double cosine) {
   return std::sqrt(std::max(0.0, (h1 * h1 + h2 * h2 - 2 * cosine * h1 * h2) / squared_sine));
 }
 
-double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t& vertex) {
-  return -farthest(polytope.vertices, -direction, vertex);
+double lowest(const Polytope& polytope, const Vector3& direction) {
+  return -farthest(polytope.vertices, -direction).height;
 }
 
 /// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
@@ -94,7 +91,9 @@ FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_i
   const auto measure = [&](std::uint32_t f) {
     const Vector3& normal = p.face_normals[f];
     const double base = normal.dot(q_in_p.position) - p.face_offsets[f];
-    const double separation = base + lowest(q, q_in_p.rotation.transpose() * normal, faces[f].witness);
+    const Extent below = farthest(q.vertices, -(q_in_p.rotation.transpose() * normal));
+    faces[f].witness = below.vertex;
+    const double separation = base - below.height;
     if (separation > best.separation) best = {separation, f};
   };
   measure(highest);
@@ -189,9 +188,8 @@ class PolytopePair {
         if (!cross_edges(ea, eb, axis)) continue;
         if (axis.dot(eb.from - ea.from) <= best) continue;
         // Where arcs nearly touch, rounding may have let a wrong pair through: the true extents decide.
-        std::uint32_t vertex = 0;
-        const double separation = lowest(a_, -axis, vertex) + axis.dot(b_in_a_.position) +
-                                  lowest(b_, b_in_a_.rotation.transpose() * axis, vertex);
+        const double separation =
+            lowest(a_, -axis) + axis.dot(b_in_a_.position) + lowest(b_, b_in_a_.rotation.transpose() * axis);
         if (separation <= best) continue;
         best = separation;
         edge_ = {separation, axis, ea.edge, eb.edge};
@@ -273,8 +271,7 @@ class PolytopePair {
   void load_incident_face(const Polytope& q, const Placement& q_in_p, const Vector3& normal,
                           double tolerance) {
     const Vector3 direction = q_in_p.rotation.transpose() * normal;
-    std::uint32_t vertex = 0;
-    const double least = lowest(q, direction, vertex) + tolerance;
+    const double least = lowest(q, direction) + tolerance;
     double most_against = infinity;
     std::uint32_t incident = 0;
     for (std::uint32_t f = 0; f < q.face_count(); ++f) {
@@ -311,10 +308,10 @@ class PolytopePair {
 class Slab {
  public:
   Slab(const Polytope& polytope, const Placement& placement, const Vector3& axis, double depth)
-      : polytope_(polytope), placement_(placement), direction_(placement.rotation.transpose() * axis) {
-    std::uint32_t vertex = 0;
-    limit_ = lowest(polytope, direction_, vertex) + depth;
-  }
+      : polytope_(polytope),
+        placement_(placement),
+        direction_(placement.rotation.transpose() * axis),
+        limit_(lowest(polytope, direction_) + depth) {}
 
   bool has(std::uint32_t vertex) const { return direction_.dot(polytope_.vertices[vertex]) <= limit_; }
 

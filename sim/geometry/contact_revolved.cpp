@@ -180,15 +180,11 @@ class RevolvedPair {
     const bool edge_first = best_ > disc_separation_ + preference(disc_separation_);
     if (disc_separation_ > -infinity && !edge_first && add_disc_contacts()) return;
     const double near = preference(best_);
+    const double flush = flush_share * size_;
     Manifold manifold(normal_, size_, margin_, out_);
-    const auto meet = [&](double tilt, auto add) {
-      return add(line_or_point(a_, -normal_, tilt), line_or_point(b_, normal_, tilt));
-    };
-    if (meet(near, [&](const Segment& a, const Segment& b) { return manifold.add_beside(a, b, near); }) ||
-        meet(flush_share * size_,
-             [&](const Segment& a, const Segment& b) { return manifold.add_crossing(a, b); })) {
+    if (manifold.add_beside(line_or_point(a_, -normal_, near), line_or_point(b_, normal_, near), near) ||
+        manifold.add_crossing(line_or_point(a_, -normal_, flush), line_or_point(b_, normal_, flush)))
       return;
-    }
     const Vector3& n = best_ > disc_separation_ ? normal_ : disc_normal_;
     Manifold(n, size_, margin_, out_).add_point(a_.support(-n), std::max(best_, disc_separation_));
   }

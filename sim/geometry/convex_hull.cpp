@@ -68,7 +68,7 @@ void measure(Polytope& polytope) {
 
 /// Returns the polytope of these vertices and faces; nothing when the faces do not close.
 std::optional<Polytope> assembled(std::vector<Vector3> vertices, const Polygons& polygons) {
-  const std::vector<FaceSide> sides = sorted_sides(polygons, vertices.size());
+  const std::vector<FaceSide> sides = sorted_sides(polygons);
   if (!are_paired(sides)) return std::nullopt;
   Polytope polytope;
   polytope.vertices = std::move(vertices);
@@ -213,7 +213,7 @@ class FaceMerger {
   std::span<const Vector3> points_;
   std::span<const Triangle> triangles_;
   double tolerance_;
-  std::vector<FaceSide> sides_ = sorted_sides(triangles_, points_.size());
+  std::vector<FaceSide> sides_ = sorted_sides(triangles_);
   std::vector<std::uint32_t> group_ = std::vector(triangles_.size(), no_index);
   std::vector<std::uint32_t> seeds_;  ///< largest first
 };

@@ -90,16 +90,20 @@ struct ClosestPair {
   }
 };
 
-/// Returns the largest extent of points along a direction, and the index of the first point that has it.
-inline double farthest(std::span<const Vector3> points, const Vector3& direction, std::uint32_t& index) {
-  double highest = -infinity;
+/// The largest component of points along a direction, and the index of the first point that has it.
+struct Extent {
+  double height = -infinity;
+  std::uint32_t vertex = 0;
+};
+
+/// Returns the extent of points along a direction.
+inline Extent farthest(std::span<const Vector3> points, const Vector3& direction) {
+  Extent extent;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const double height = direction.dot(points[i]);
-    if (height <= highest) continue;
-    highest = height;
-    index = i;
+    if (!(height <= extent.height)) extent = {height, i};
   }
-  return highest;
+  return extent;
 }
 
 /// Shortens the interval [low, high] of a segment to its part in a half-space, from the distances of the
@@ -113,6 +117,15 @@ inline bool cut_interval(double from, double to, double tolerance, double& low, 
 
 /// A convex polygon that is cut by planes in turn, and keeps its memory for the next.
 struct CutPolygon {
+  CutPolygon() = default;
+  /// Reserves memory for `most` corners from the start: shapes that lie flat in the first step may be cut
+  /// later.
+  explicit CutPolygon(std::size_t most) {
+    corners.reserve(most);
+    kept.reserve(most);
+    distances.reserve(most);
+  }
+
   std::vector<Vector3> corners;
   std::vector<Vector3> kept;
   std::vector<double> distances;

@@ -14,11 +14,6 @@ Matrix3 inertia_of_second_moment(const Matrix3& second_moment) {
   return second_moment.trace() * Matrix3::Identity() - second_moment;
 }
 
-/// Returns the inertia of a point mass at `offset`.
-Matrix3 inertia_of_point(double mass, const Vector3& offset) {
-  return mass * (offset.squaredNorm() * Matrix3::Identity() - offset * offset.transpose());
-}
-
 /// A sum of tetrahedra that have one corner in common. The other corners are given relative to it.
 class TetrahedronSum {
  public:
@@ -84,7 +79,9 @@ MassProperties of_shape(const Capsule& capsule) {
   return properties;
 }
 
-MassProperties of_shape(const Plane& /*plane*/) {
+/// Returns the properties of a plane or a triangle mesh, which have no mass.
+template <class Massless>
+MassProperties of_shape(const Massless& /*shape*/) {
   return {};
 }
 
@@ -168,10 +165,6 @@ MassProperties of_shape(const TaperedCapsule& capsule) {
   return sum.result();
 }
 
-MassProperties of_shape(const TriangleMesh& /*mesh*/) {
-  return {};
-}
-
 MassProperties of_shape(const Polytope& polytope) {
   if (polytope.ellipsoid) {
     const Vector3& half = *polytope.ellipsoid;
@@ -250,7 +243,7 @@ bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> tria
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
     kept.push_back(corners);
   }
-  return !kept.empty() && are_paired(sorted_sides(kept, vertices.size()));
+  return !kept.empty() && are_paired(sorted_sides(kept));
 }
 
 MassProperties transformed(const MassProperties& properties, const Pose& pose) {
@@ -266,7 +259,8 @@ MassProperties combined(const MassProperties& a, const MassProperties& b) {
   sum.mass = a.mass + b.mass;
   const Vector3 offset = b.centre_of_mass - a.centre_of_mass;
   sum.centre_of_mass = a.centre_of_mass + b.mass / sum.mass * offset;
-  sum.inertia = a.inertia + b.inertia + inertia_of_point(a.mass * b.mass / sum.mass, offset);
+  const Matrix3 of_offset = offset.squaredNorm() * Matrix3::Identity() - offset * offset.transpose();
+  sum.inertia = a.inertia + b.inertia + a.mass * b.mass / sum.mass * of_offset;
   return sum;
 }
 

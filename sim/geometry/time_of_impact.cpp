@@ -223,9 +223,7 @@ Vector3 ConvexSolid::support(const Vector3& direction) const {
         polytope_->half_box->cwiseProduct(local.unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; }));
     return position_ + rotation_ * corner;
   }
-  std::uint32_t vertex = 0;
-  farthest(polytope_->vertices, local, vertex);
-  return position_ + rotation_ * polytope_->vertices[vertex];
+  return position_ + rotation_ * polytope_->vertices[farthest(polytope_->vertices, local).vertex];
 }
 
 Separation separation(const ConvexSolid& a, const ConvexSolid& b, double tolerance) {

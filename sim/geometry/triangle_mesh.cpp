@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -16,37 +15,6 @@ constexpr std::uint32_t leaf_size = 4;
 
 /// Fraction of its longest side below which a triangle's height is too small for an exact normal.
 constexpr double smallest_height = 1e-10;
-
-std::uint64_t hash_of(const Vector3& point) {
-  std::uint64_t hash = 0;
-  for (const double coordinate : {point.x(), point.y(), point.z()}) {
-    // Add zero, which turns -0 into the 0 that it equals.
-    hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate + 0.0)) * 0x9e3779b97f4a7c15;
-    hash ^= hash >> 32;
-  }
-  return hash;
-}
-
-/// Returns the same as welded(), by sorting: slower, but bounded.
-std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std::size_t& comparisons) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  // Leave out points with a NaN, which have no position in an order and equal no other.
-  const auto numbers_end = std::stable_partition(
-      order.begin(), order.end(), [&](std::uint32_t i) { return !points[i].array().isNaN().any(); });
-  std::sort(order.begin(), numbers_end, [&](std::uint32_t i, std::uint32_t j) {
-    ++comparisons;
-    const Vector3& a = points[i];
-    const Vector3& b = points[j];
-    return std::tuple(a.x(), a.y(), a.z(), i) < std::tuple(b.x(), b.y(), b.z(), j);
-  });
-  std::vector<std::uint32_t> first(points.size());
-  std::iota(first.begin(), first.end(), 0U);
-  for (auto next = order.begin(); next != numbers_end; ++next) {
-    if (next != order.begin() && points[*next] == points[*(next - 1)]) first[*next] = first[*(next - 1)];
-  }
-  return first;
-}
 
 /// Gives each vertex the index of the first at its position, and removes unused vertices.
 void weld(TriangleMesh& mesh) {
@@ -140,7 +108,7 @@ class TreeBuilder {
 
 /// Finds the triangles across the edges, and the vertices that edges join to each vertex.
 void join_neighbours(TriangleMesh& mesh) {
-  const std::vector<FaceSide> sides = sorted_sides(mesh.triangles, mesh.vertices.size());
+  const std::vector<FaceSide> sides = sorted_sides(mesh.triangles);
   mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
   mesh.ring_begin.assign(mesh.vertices.size() + 1, 0);
   std::vector<std::array<std::uint32_t, 2>> edges;
@@ -170,23 +138,16 @@ void join_neighbours(TriangleMesh& mesh) {
 
 }  // namespace
 
-std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons) {
-  std::size_t counted = 0;
-  std::size_t& probes = comparisons != nullptr ? *comparisons : counted;
-  probes = 0;
-  // Bound the probes: points can be chosen such that all have one slot.
-  const std::size_t most_probes = 1000 + 16 * points.size();
-  // Hash table with open addressing, at most half full.
-  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), no_index);
-  std::vector<std::uint32_t> first(points.size());
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    std::size_t slot = hash_of(points[i]) & (table.size() - 1);
-    while (table[slot] != no_index && points[table[slot]] != points[i]) {
-      if (probes++ == most_probes) return welded_by_order(points, probes);
-      slot = (slot + 1) & (table.size() - 1);
-    }
-    if (table[slot] == no_index) table[slot] = i;
-    first[i] = table[slot];
+std::vector<std::uint32_t> welded(std::span<const Vector3> points) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::vector<std::uint32_t> first = order;
+  // Leave out points with a NaN, which have no position in an order and equal no other.
+  std::erase_if(order, [&](std::uint32_t i) { return points[i].hasNaN(); });
+  std::ranges::sort(
+      order, {}, [&](std::uint32_t i) { return std::tuple(points[i].x(), points[i].y(), points[i].z(), i); });
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    if (points[order[k]] == points[order[k - 1]]) first[order[k]] = first[order[k - 1]];
   }
   return first;
 }
@@ -199,23 +160,6 @@ std::vector<Vector3> distinct(std::span<const Vector3> points) {
     if (first[i] == i) result.push_back(points[i]);
   }
   return result;
-}
-
-void sort_sides(std::vector<FaceSide>& sides, std::size_t vertices) {
-  // Put each side into the bin of its lesser end; a bin holds few.
-  std::vector<std::uint32_t> bin(vertices + 1, 0);
-  for (const FaceSide& side : sides) ++bin[side.lesser_end() + 1];
-  std::partial_sum(bin.begin(), bin.end(), bin.begin());
-  std::vector<FaceSide> ordered(sides.size());
-  for (const FaceSide& side : sides) ordered[bin[side.lesser_end()]++] = side;
-  // Sort each bin, which ends where the next one began.
-  auto begin = ordered.begin();
-  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
-    const auto end = ordered.begin() + bin[vertex];
-    std::sort(begin, end, [](const FaceSide& a, const FaceSide& b) { return a.order() < b.order(); });
-    begin = end;
-  }
-  sides = std::move(ordered);
 }
 
 bool are_paired(std::span<const FaceSide> sides) {

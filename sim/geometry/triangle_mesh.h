@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "sim/geometry/shape.h"
@@ -13,9 +14,8 @@
 namespace substep {
 
 /// Returns for each point the first one at the same position, which may be itself. Points with a NaN equal no
-/// other. `comparisons`, if given, receives the number of compared pairs: at most some dozens a point for any
-/// input.
-std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons = nullptr);
+/// other.
+std::vector<std::uint32_t> welded(std::span<const Vector3> points);
 
 /// Returns each position once, in the order of their first points.
 std::vector<Vector3> distinct(std::span<const Vector3> points);
@@ -33,18 +33,14 @@ struct FaceSide {
 
   std::uint32_t lesser_end() const { return std::min(from, to); }
   std::uint32_t greater_end() const { return std::max(from, to); }
-  /// Returns the order of the sides that have a lesser end in common.
-  std::uint64_t order() const { return std::uint64_t{greater_end()} << 32 | from; }
+  /// Returns the place among sorted sides, in which the sides of an edge are neighbours.
+  auto order() const { return std::tuple(lesser_end(), greater_end(), from, face); }
   bool is_reverse_of(const FaceSide& other) const { return from == other.to && to == other.from; }
 };
 
-/// Sorts sides by their lesser end, then by their greater end, then by their start: the sides of an edge are
-/// neighbours.
-void sort_sides(std::vector<FaceSide>& sides, std::size_t vertices);
-
-/// Returns the sorted sides of faces, which are lists of vertices.
+/// Returns the sides of faces, which are lists of vertices, sorted by FaceSide::order().
 template <class Faces>
-std::vector<FaceSide> sorted_sides(const Faces& faces, std::size_t vertices) {
+std::vector<FaceSide> sorted_sides(const Faces& faces) {
   std::vector<FaceSide> sides;
   sides.reserve(4 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -53,7 +49,7 @@ std::vector<FaceSide> sorted_sides(const Faces& faces, std::size_t vertices) {
       sides.push_back({corners[i], corners[i + 1 < corners.size() ? i + 1 : 0], f, i});
     }
   }
-  sort_sides(sides, vertices);
+  std::ranges::sort(sides, {}, &FaceSide::order);
   return sides;
 }
 

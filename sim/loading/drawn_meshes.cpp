@@ -118,8 +118,7 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
     body_of_joint.push_back(draft.document.nodes[joint].in_scene ? draft.attachments[joint].body
                                                                  : world_body);
   }
-  constexpr std::uint32_t none = ~std::uint32_t{0};
-  std::vector<std::uint32_t> in_submesh(whole.positions.size(), none);  // index of each vertex, or none
+  std::vector<std::uint32_t> in_submesh(whole.positions.size(), no_index);  // index of each vertex
   for (auto& [body, triangles] : triangles_of_bodies(primitive, body_of_joint)) {
     const Pose body_from_world = draft.scene.bodies[body].pose.inverse();
     Mesh submesh;
@@ -127,7 +126,7 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
     std::vector<std::uint32_t> used;
     for (Triangle triangle : triangles) {
       for (std::uint32_t& corner : triangle) {
-        if (in_submesh[corner] == none) {
+        if (in_submesh[corner] == no_index) {
           in_submesh[corner] = static_cast<std::uint32_t>(used.size());
           used.push_back(corner);
         }
@@ -140,7 +139,7 @@ void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitiv
       if (!whole.normals.empty()) {
         submesh.normals.push_back(body_from_world.orientation * whole.normals[vertex]);
       }
-      in_submesh[vertex] = none;
+      in_submesh[vertex] = no_index;
     }
     submesh.attributes = attributes_of(whole.attributes, used);
     Visual& visual = draft.scene.visuals.emplace_back();

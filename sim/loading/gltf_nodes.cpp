@@ -108,10 +108,6 @@ void choose_scene(GltfDocument& document) {
 
 }  // namespace
 
-bool NodeTransform::is_finite() const {
-  return linear.allFinite() && translation.allFinite() && rotation.coeffs().allFinite() && scale.allFinite();
-}
-
 Pose NodeTransform::rigid() const {
   if (!mirrors()) return {translation, rotation};
   // −1 on all axes and half a turn about x are a mirror image in x.

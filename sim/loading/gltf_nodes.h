@@ -24,7 +24,10 @@ struct NodeTransform {
   Vector3 scale = Vector3::Ones();
 
   bool mirrors() const { return sheared ? linear.determinant() < 0 : scale.minCoeff() < 0; }
-  bool is_finite() const;
+  bool is_finite() const {
+    return linear.allFinite() && translation.allFinite() && rotation.coeffs().allFinite() &&
+           scale.allFinite();
+  }
   /// Returns the pose without the scale, for what is its own mirror image in x: implicit shapes, joint
   /// frames, cameras and lights. Where the node mirrors, the pose keeps its y and z axes and reverses its x
   /// axis.

@@ -82,19 +82,9 @@ void JsonValue::warn_of_unknown(const std::vector<std::string_view>& known) cons
   }
 }
 
-std::optional<JsonValue> JsonValue::extension(const char* name) const {
-  const std::optional<JsonValue> extensions = find("extensions");
-  return extensions ? extensions->find(name) : std::nullopt;
-}
-
 std::optional<JsonValue> JsonValue::settings() const {
   const std::optional<JsonValue> extras = find("extras");
   return extras && extras->json().is_object() ? extras->find("substep") : std::nullopt;
-}
-
-std::vector<JsonValue> JsonValue::items(const char* key) const {
-  const std::optional<JsonValue> list = find(key);
-  return list ? list->items() : std::vector<JsonValue>{};
 }
 
 std::vector<JsonValue> JsonValue::items() const {
@@ -158,11 +148,6 @@ int JsonValue::index(std::size_t size, const char* what) const {
   return static_cast<int>(value);
 }
 
-int JsonValue::find_index(const char* key, std::size_t size, const char* what) const {
-  const std::optional<JsonValue> value = find(key);
-  return value ? value->index(size, what) : -1;
-}
-
 std::vector<double> JsonValue::numbers(std::size_t size, std::string_view what) const {
   if (!value_->is_array() || value_->size() != size) fail("must be an array of {} numbers{}", size, what);
   std::vector<double> numbers(size);
@@ -171,10 +156,6 @@ std::vector<double> JsonValue::numbers(std::size_t size, std::string_view what) 
     numbers[i] = item.is_number() ? item.get<double>() : items()[i].number();  // which fails
   }
   return numbers;
-}
-
-Vector3 JsonValue::vector3() const {
-  return Vector3(numbers(3).data());
 }
 
 Quaternion JsonValue::rotation() const {

@@ -56,11 +56,17 @@ class JsonValue {
   /// Warns of each key that is not among `known`, `name`, `extensions` and `extras`.
   void warn_of_unknown(const std::vector<std::string_view>& known) const;
   /// Returns the object `extensions/<name>`, if the value has it.
-  std::optional<JsonValue> extension(const char* name) const;
+  std::optional<JsonValue> extension(const char* name) const {
+    const std::optional<JsonValue> extensions = find("extensions");
+    return extensions ? extensions->find(name) : std::nullopt;
+  }
   /// Returns the object `extras/substep`, if the value has it. Other programs may keep anything in extras.
   std::optional<JsonValue> settings() const;
   /// Returns the items of the array `key`; none where it is absent.
-  std::vector<JsonValue> items(const char* key) const;
+  std::vector<JsonValue> items(const char* key) const {
+    const std::optional<JsonValue> list = find(key);
+    return list ? list->items() : std::vector<JsonValue>{};
+  }
   /// Returns `key` as `reader` reads it, or `otherwise` where it is absent.
   template <typename Type>
   Type get(const char* key, Type otherwise, Type (JsonValue::*reader)() const) const {
@@ -97,10 +103,13 @@ class JsonValue {
   /// Reads an index into a list of `size` items, which messages call `what`.
   int index(std::size_t size, const char* what) const;
   /// Reads `key` of an object as index() does; −1 where it is absent.
-  int find_index(const char* key, std::size_t size, const char* what) const;
+  int find_index(const char* key, std::size_t size, const char* what) const {
+    const std::optional<JsonValue> value = find(key);
+    return value ? value->index(size, what) : -1;
+  }
   /// Reads an array of `size` numbers, which messages describe as `what` where it is given.
   std::vector<double> numbers(std::size_t size, std::string_view what = "") const;
-  Vector3 vector3() const;
+  Vector3 vector3() const { return Vector3(numbers(3).data()); }
   /// Reads x, y, z, w as in glTF. Its length may be off by 1 %, as truncated decimals are, and is set to 1.
   Quaternion rotation() const;
 

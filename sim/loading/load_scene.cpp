@@ -80,10 +80,6 @@ SceneDraft::SceneDraft(GltfDocument read)
   for (const GltfSkin& skin : skins) most_spent += 4 * skin.joints.size();
 }
 
-JsonValue SceneDraft::extension(int node, const char* part) const {
-  return node_json(node).extension("KHR_physics_rigid_bodies")->require(part);
-}
-
 void SceneDraft::spend(std::size_t size, const JsonValue& place) {
   spent += size;
   if (spent > most_spent) {

@@ -26,7 +26,9 @@ struct SceneDraft {
 
   JsonValue node_json(std::size_t node) const { return document.item_of("nodes", node); }
   /// Returns a part of a node's KHR_physics_rigid_bodies, which must have it.
-  JsonValue extension(int node, const char* part) const;
+  JsonValue extension(int node, const char* part) const {
+    return node_json(node).extension("KHR_physics_rigid_bodies")->require(part);
+  }
 
   /// Adds to the size of colliders and skins, which may share meshes, so that a small file can need much
   /// memory. Throws Error where it is too much.

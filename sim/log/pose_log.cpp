@@ -314,7 +314,6 @@ PoseLog header_of(const Simulation& simulation, int full_every) {
 /// Returns "ok" or how the run failed.
 std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
                 const std::function<void(PoseLog::Frame)>& take) {
-  if (frames < 0) throw Error("{} frames cannot be run", frames);
   if (full_every < 1) throw Error("full poses every {} frames: must be at least 1", full_every);
   const auto frame_of = [&](bool full) {
     return PoseLog::Frame{hash(simulation.state()), full ? simulation.state().q : std::vector<Coordinates>{}};

@@ -73,7 +73,7 @@ std::string to_text(const PoseLog& log);
 using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 
 /// Runs the simulation for `frames` steps and logs it. Ends early when it diverges. `end` reports this, and
-/// steps that were not solved. Throws Error when `frames` is negative or `full_every` below 1.
+/// steps that were not solved. Throws Error when `full_every` is below 1.
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame = {});
 
 /// The result of record_to().

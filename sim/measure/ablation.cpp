@@ -111,9 +111,7 @@ Simulation ablated_simulation(const Scene& scene, Settings settings, const Appro
 }
 
 std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon) {
-  Settings settings;
-  settings.step = scene.step;
-  settings.substeps = substeps;
+  const Settings settings{.step = scene.step, .substeps = substeps};
   const MeasuredRun exact = measured_run(scene, settings, horizon);
   std::vector<double> costs;
   for (const Approximation& approximation : approximations) {

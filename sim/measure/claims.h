@@ -24,11 +24,11 @@ struct Case {
 };
 
 struct Claim {
-  int number;                        ///< 1 to 14 are the report's, 15 to 18 are ours
-  std::string section;               ///< of the report; "not the report's" for ours
-  std::string claim;                 ///< in one sentence
-  std::string measured;              ///< scenes and settings
-  std::vector<std::string> columns;  ///< titles of the values of figures with several values, with units
+  int number;                             ///< 1 to 14 are the report's, 15 to 18 are ours
+  std::string section;                    ///< of the report; "not the report's" for ours
+  std::string claim;                      ///< in one sentence
+  std::string measured;                   ///< scenes and settings
+  std::vector<std::string> columns = {};  ///< titles of the values of figures with several values, with units
   std::vector<Figure> figures = {};
   std::vector<Case> cases = {};
 

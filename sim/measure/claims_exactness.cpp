@@ -25,7 +25,11 @@ bool is_near(double value, double expected) {
 
 /// Returns the differences in position, m, and orientation, rad, and raises `largest` to them.
 std::vector<double> differences(const MeasuredRun& a, const MeasuredRun& b, std::vector<double>& largest) {
-  const std::vector<double> both{position_difference(a, b), orientation_difference(a, b)};
+  std::vector<double> both{position_difference(a, b), a.diverged || b.diverged ? infinity : 0};
+  for (std::size_t i = 1; i < a.state.q.size(); ++i) {
+    const Quaternion turn = a.state.q[i].angular.conjugate() * b.state.q[i].angular;
+    both[1] = std::max(both[1], rotation_vector(turn).norm());
+  }
   largest = {std::max(largest[0], both[0]), std::max(largest[1], both[1])};
   return both;
 }
@@ -113,12 +117,9 @@ Claim claim2(Measurement& measurement) {
 
 Claim claim4(Measurement& measurement) {
   Claim claim{
-      4,
-      "IV.3",
-      "A4 is a first-order approximation of A3",
+      4, "IV.3", "A4 is a first-order approximation of A3",
       "One step of the tumbling rod_chain with n = 4 and plain blocks; h is halved from 1/240 to 1/15360 s. "
-      "The slope of the difference should be 2 in position and 1 in velocity",
-      {}};
+      "The slope of the difference should be 2 in position and 1 in velocity"};
   const Scene start = measurement.scene("tumbling rod_chain");
   std::vector<double> positions;
   std::vector<double> velocities;
@@ -146,11 +147,8 @@ Claim claim4(Measurement& measurement) {
 
 Claim claim5(Measurement& measurement) {
   Claim claim{
-      5,
-      "IV.4",
-      "A5 is A4 refactored: with frozen Jacobians they agree",
-      "Largest difference in position with n = 4, m = 1 and 3 and plain blocks, over five pairs of τ and κ",
-      {}};
+      5, "IV.4", "A5 is A4 refactored: with frozen Jacobians they agree",
+      "Largest difference in position with n = 4, m = 1 and 3 and plain blocks, over five pairs of τ and κ"};
   const auto largest = [&](const Scene& on, double duration) {
     double difference = 0;
     for (const auto& [tau, kappa] : {std::pair{1.0, 1.0}, {0.6, 0.9}, {0.3, 1.0}, {0.9, 0.5}, {1.2, 1.1}}) {
@@ -177,12 +175,10 @@ Claim claim5(Measurement& measurement) {
 
 Claim claim8(Measurement& measurement) {
   Claim claim{
-      8,
-      "IV.3.1",
+      8, "IV.3.1",
       "The bias update is exact for a body on a fixed plane that does not rotate, else of first order",
       "Error of the constraint value C in m by A4's update rule over one sub-step, or the slope of that "
-      "error in the angle turned, which should be 2",
-      {}};
+      "error in the angle turned, which should be 2"};
   const Vector3 linear(0.3, -0.1, 0.2);
   const Vector3 angular(1, 2, -1.5);
   double sliding = 0;
@@ -268,13 +264,11 @@ Claim claim10(Measurement& measurement) {
 }
 
 Claim claim16(Measurement& measurement) {
-  Claim claim{16,
-              "not the report's",
+  Claim claim{16, "not the report's",
               "A3 with stable joints and τ = κ = 1 is small-step position-based dynamics without compliance "
               "(Macklin et al. 2019)",
               "Largest distance of a body's centre in 2 s from an independent program, written from the "
-              "paper, with m = 1",
-              {}};
+              "paper, with m = 1"};
   double same = 0;
   const auto add = [&](const std::string& name, int n, Joints joints, double tau) {
     Settings settings = settings_of(measurement.scene(name), Algorithm::a3, n, 1, joints);

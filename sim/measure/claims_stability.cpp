@@ -112,12 +112,9 @@ struct SmallSwing {
 
 Claim claim11(Measurement& measurement) {
   Claim claim{
-      11,
-      "IV.2.2",
-      "τ, κ are not PSOR's ω: micro-iteration goes to J v = (τ/κ) β, PSOR to J v = β",
+      11, "IV.2.2", "τ, κ are not PSOR's ω: micro-iteration goes to J v = (τ/κ) β, PSOR to J v = β",
       "Largest residual after 4000 sweeps on a disturbed rod_chain, β = 0.25, τ = 0.5, κ = 0.8; stability "
-      "of one row over τ and κ against the closed form",
-      {}};
+      "of one row over τ and κ against the closed form"};
   Scene out_of_place = disturbed(measurement.scene("rod_chain"), 3, 0.2);
   out_of_place.gravity.setZero();
   constexpr double beta = 0.25;
@@ -169,11 +166,8 @@ Claim claim12(Measurement& measurement) {
       std::ranges::find_if(wheel.joints, [](const Joint& joint) { return !joint.drives.empty(); });
   if (driven == wheel.joints.end()) throw Error("{}: no joint has a drive", wheel.file.string());
   const JointDrive& drive = driven->drives.front();
-  Claim claim{12,
-              "IV.3.1.4",
-              "A velocity-level row must undo the update rule",
-              "Speed of the motor of powered_wheel with n = m = 4 and plain blocks",
-              {}};
+  Claim claim{12, "IV.3.1.4", "A velocity-level row must undo the update rule",
+              "Speed of the motor of powered_wheel with n = m = 4 and plain blocks"};
   claim.measured += fmt::format(" at {:g} s, target {:g} rad/s", horizon, drive.velocity_target);
   const auto speed = [&](const Settings& settings, const Procedure& procedure) {
     Simulation simulation(wheel, settings, procedure);

@@ -162,9 +162,7 @@ class ConstrainedDynamics {
     keep_all_rows();
     if (rigid_.c.blocks.empty()) return;
     formulate(rigid_, q, 1);
-    change_.resize(q.size());
-    set_zero(change_);
-    make_mlcp(rigid_, change_, mlcp_);
+    make_mlcp(rigid_, VelocityVector(q.size()), mlcp_);
     const auto factored = factored_directions(mlcp_, tolerance);
     const auto& order = factored.colsPermutation().indices();
     kept_rows_.assign(order.data(), order.data() + factored.rank());
@@ -172,25 +170,24 @@ class ConstrainedDynamics {
   }
 
   /// Returns the accelerations v̆' at q and v̆.
-  const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v) {
-    acceleration_.resize(v.size());
-    set_zero(acceleration_);
+  VelocityVector accelerate(const CoordinateVector& q, const VelocityVector& v) {
+    VelocityVector acceleration(v.size());
     const Model& model = rigid_model_;
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (model.masses[i].inverse_mass > 0)
-        acceleration_[i].linear = model.masses[i].gravity_factor * model.gravity;
+        acceleration[i].linear = model.masses[i].gravity_factor * model.gravity;
     }
     for (const int i : model.gyroscopic) {
       const Vector3& spin = v[i].angular;
       const Vector3 momentum = model.inertia[i].cwiseProduct(spin);
-      acceleration_[i].angular = model.masses[i].inverse_inertia.cwiseProduct(momentum.cross(spin));
+      acceleration[i].angular = model.masses[i].inverse_inertia.cwiseProduct(momentum.cross(spin));
     }
-    if (!force_.c.blocks.empty()) add_forces(q, v);
-    if (rigid_.c.blocks.empty()) return acceleration_;
+    if (!force_.c.blocks.empty()) add_forces(q, v, acceleration);
+    if (rigid_.c.blocks.empty()) return acceleration;
     formulate(rigid_, q, 1);
     set_second_derivatives(q, v);
-    respond(acceleration_);
-    return acceleration_;
+    respond(acceleration);
+    return acceleration;
   }
 
   /// Projects q onto C(q) = 0 by Newton's method in the metric of the masses, then v̆ onto J̆ v̆ = 0.
@@ -199,10 +196,9 @@ class ConstrainedDynamics {
     for (int i = 0; i < 4; ++i) {
       const double furthest = violation(q);
       if (!(furthest > 1e-15 * size_)) break;
-      change_.resize(v.size());
-      set_zero(change_);
-      respond(change_);
-      step_coordinates(1, change_, q);
+      VelocityVector change(v.size());
+      respond(change);
+      step_coordinates(1, change, q);
       if (furthest < 1e-8 * size_) break;  // the rest is its square
     }
     for (Row& row : rigid_.c.rows) row.beta = 0;
@@ -234,7 +230,7 @@ class ConstrainedDynamics {
 
   /// Adds springs and drives as in joint_rows.cpp, with hs → 0: force = stiffness · deflection − damping ·
   /// rate.
-  void add_forces(const CoordinateVector& q, const VelocityVector& v) {
+  void add_forces(const CoordinateVector& q, const VelocityVector& v, VelocityVector& acceleration) {
     formulate(force_, q, 1);
     for (const Block& x : force_.c.blocks) {
       const Row& row = force_.c.rows[x.first];
@@ -250,43 +246,43 @@ class ConstrainedDynamics {
         if (both || row.beta >= 0) force = spring_force(x, limit.stiffness, limit.damping, v);
         if (!both) force = std::max(force, 0.0);
       }
-      apply(force_.c, x, {force}, acceleration_);
+      apply(force_.c, x, {force}, acceleration);
     }
   }
 
   /// Sets β of each row to −J̆' v̆; the rows are formulated at q.
   void set_second_derivatives(const CoordinateVector& q, const VelocityVector& v) {
-    const std::vector<Lock>& locks = rigid_model_.locks;
-    lock_terms_.resize(locks.size());
-    for (std::size_t i = 0; i < lock_terms_.size(); ++i)
-      lock_terms_[i] = second_derivative(locks[i], JointMotion(locks[i].at, q, rigid_.rotations, v));
-    set_limit_terms(q, v);
+    std::vector<Vector3> lock_terms;
+    for (const Lock& lock : rigid_model_.locks)
+      lock_terms.push_back(second_derivative(lock, JointMotion(lock.at, q, rigid_.rotations, v)));
+    const std::vector<double> terms_of_limits = limit_terms(q, v);
     for (const Block& x : rigid_.c.blocks) {
       rigid_.c.rows[x.first].beta =
-          x.kind == Block::Kind::lock ? -lock_terms_[x.source][x.component] : -limit_terms_[x.source];
+          x.kind == Block::Kind::lock ? -lock_terms[x.source][x.component] : -terms_of_limits[x.source];
     }
   }
 
-  /// Sets the terms of limits by the central difference of order 8 along the motion. The difference's time is
-  /// short beside a turn and beside the bodies, so that its error is below rounding.
-  void set_limit_terms(const CoordinateVector& q, const VelocityVector& v) {
-    if (limit_model_.limits.empty()) return;
+  /// Returns the terms of limits by the central difference of order 8 along the motion. The difference's time
+  /// is short beside a turn and beside the bodies, so that its error is below rounding.
+  std::vector<double> limit_terms(const CoordinateVector& q, const VelocityVector& v) {
+    std::vector<double> terms(limit_model_.limits.size());
+    if (terms.empty()) return terms;
     constexpr std::array weights{4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
     double rate = 0;
     for (const Velocity& body : v)
       rate = std::max(rate, body.angular.norm() + body.linear.norm() / (0.05 * size_));
-    limit_terms_.assign(limit_model_.limits.size(), 0);
     const double shift = rate > 0 ? 0.02 / rate : 1;
     for (int k = 0; k < std::ssize(weights); ++k) {
       for (const int sign : {1, -1}) {
-        shifted_ = q;
-        step_coordinates(sign * (k + 1) * shift, v, shifted_);
-        formulate(limit_, shifted_, 1);
+        CoordinateVector shifted = q;
+        step_coordinates(sign * (k + 1) * shift, v, shifted);
+        formulate(limit_, shifted, 1);
         const double weight = sign * weights.at(k) / shift;
         for (const Block& x : limit_.c.blocks)
-          limit_terms_[x.source] += weight * row_velocity(limit_.c.rows[x.first], v[x.a], v[x.b]);
+          terms[x.source] += weight * row_velocity(limit_.c.rows[x.first], v[x.a], v[x.b]);
       }
     }
+    return terms;
   }
 
   /// Returns the force of a spring with a damper. With hs = 1, β is that force over stiffness + damping.
@@ -365,16 +361,11 @@ class ConstrainedDynamics {
   Problem force_;
   Model limit_model_;  // the rigid limits by themselves
   Problem limit_;
-  std::vector<Vector3> lock_terms_;  // of J̆' v̆
-  std::vector<double> limit_terms_;
-  CoordinateVector shifted_;
   Mlcp mlcp_;
   JointSolver joints_;
   std::vector<double> lambda_;
   std::vector<int> kept_rows_;  // of rigid_, ascending: those that are not redundant
   std::int64_t row_solves_ = 0;
-  VelocityVector change_;
-  VelocityVector acceleration_;
 };
 
 }  // namespace substep

@@ -13,11 +13,6 @@
 namespace substep {
 namespace {
 
-bool is_angle(const JointCoordinate& coordinate) {
-  using Kind = JointCoordinate::Kind;
-  return coordinate.kind == Kind::twist || coordinate.kind == Kind::cone || coordinate.kind == Kind::turn;
-}
-
 /// Returns the coordinate that is 0 while the lock holds.
 JointCoordinate coordinate_of(const Lock& lock) {
   using Kind = JointCoordinate::Kind;
@@ -128,7 +123,10 @@ double energy_scale(const Scene& scene) {
 JointGapMeter::JointGapMeter(const Scene& scene) {
   const Model model = build_model(scene);
   const auto add = [&](const Attachment& at, const JointCoordinate& coordinate, double low, double high) {
-    held_.push_back({at, coordinate, low, high, is_angle(coordinate) ? lever_of(model, at) : 1});
+    using Kind = JointCoordinate::Kind;
+    const Kind kind = coordinate.kind;
+    const bool is_angle = kind == Kind::twist || kind == Kind::cone || kind == Kind::turn;
+    held_.push_back({at, coordinate, low, high, is_angle ? lever_of(model, at) : 1});
   };
   for (const Lock& lock : model.locks) add(lock.at, coordinate_of(lock), 0, 0);
   for (const Limit& limit : model.limits) {

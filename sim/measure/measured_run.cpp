@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/math/rotation.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/motion.h"
 
@@ -43,23 +42,11 @@ double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
   return a.diverged || b.diverged ? infinity : position_difference(a.state, b.state);
 }
 
-double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  if (a.diverged || b.diverged) return infinity;
-  double largest = 0;
-  for (std::size_t i = 1; i < a.state.q.size(); ++i) {
-    const Quaternion turn = a.state.q[i].angular.conjugate() * b.state.q[i].angular;
-    largest = std::max(largest, rotation_vector(turn).norm());
-  }
-  return largest;
-}
-
 Reference reference_run(const Scene& scene, double duration, int divisions) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
   State states[3];
   for (int k = 0; k < 3; ++k) {
-    settings.step = scene.step / (divisions << k) * 2;
-    states[k] = measured_run(scene, settings, duration).state;
+    const double step = scene.step / (divisions << k) * 2;
+    states[k] = measured_run(scene, {.algorithm = Algorithm::a1, .step = step}, duration).state;
   }
   const auto extrapolated = [](const State& coarse, State fine) {
     for (std::size_t i = 0; i < fine.q.size(); ++i)

@@ -22,9 +22,6 @@ MeasuredRun measured_run(const Scene& scene, const Settings& settings, double du
 double position_difference(const State& a, const State& b);
 /// Returns the same at the ends of two runs; infinite where one of them diverged.
 double position_difference(const MeasuredRun& a, const MeasuredRun& b);
-/// Returns the largest angle between the orientations of equal bodies at the ends of two runs, rad; infinite
-/// where one of them diverged.
-double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
 /// The motion without time-step error: A1 at two small steps, extrapolated to step zero (Richardson).
 struct Reference {

@@ -84,7 +84,7 @@ Motion motion_of(const Scene& scene, const Settings& settings, double interval, 
   const Sampling sampling(settings.step, interval);
   const auto stepper = algorithm_stepper(scene, settings);
   Motion motion{interval, {stepper->state()}};
-  continue_motion(*stepper, sampling.steps_between(), std::lround(horizon / interval), motion);
+  continue_motion(*stepper, sampling.steps_between, std::lround(horizon / interval), motion);
   return motion;
 }
 
@@ -122,7 +122,7 @@ void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics&
 Measurement measured(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference,
                      const std::function<void(double, const State&)>& at_sample) {
   const Sampling sampling(step, reference.motion.interval);
-  const double interval = reference.motion.interval * sampling.samples_between();
+  const double interval = reference.motion.interval * sampling.samples_between;
   Metrics metrics;
   Motion motion{interval, {stepper.state()}};
   Invariants invariants(scene, stepper.state());
@@ -130,7 +130,7 @@ Measurement measured(const Scene& scene, Stepper& stepper, double step, const Re
   ExpectationMeter expectations(scene, stepper.state());
   const auto samples = static_cast<int>(std::lround(scene.duration / interval));
   for (int k = 1; k <= samples; ++k) {
-    for (int i = 1; i <= sampling.steps_between(); ++i) {
+    for (int i = 1; i <= sampling.steps_between; ++i) {
       const double time = (k - 1) * interval + i * step;
       if (!stepper.step()) {
         metrics.diverged = time;

@@ -165,20 +165,16 @@ bool has_each_algorithm_once(const SceneMeasurement& m) {
   return true;
 }
 
-/// Returns true where A2 makes `substeps` iterations, or A3 to A5 so many sub-steps, and all else is by
-/// default.
-bool is_by_substeps(const MeasuredSettings& run, int substeps) {
-  const std::string settings = settings_label(run.settings);
-  return settings.empty() || settings == fmt::format(" n={}", substeps) ||
-         (run.settings.algorithm == Algorithm::a2 && settings == fmt::format(" m={}", substeps));
-}
-
 /// Returns "h=1/60, n=10." where all runs have the same n (A2: m) and else defaults; otherwise the step and
 /// each group's settings: "h=1/60. A2: m=200. A3 to A5: n=10.".
 std::string settings_line(const SceneMeasurement& m) {
   const std::string step = parts_of(m.runs.front().settings).back().text;
   const int substeps = m.runs.back().settings.substeps;
-  const auto is_usual = [&](const MeasuredSettings& run) { return is_by_substeps(run, substeps); };
+  const auto is_usual = [&](const MeasuredSettings& run) {
+    const std::string settings = settings_label(run.settings);
+    return settings.empty() || settings == fmt::format(" n={}", substeps) ||
+           (run.settings.algorithm == Algorithm::a2 && settings == fmt::format(" m={}", substeps));
+  };
   if (std::ranges::all_of(m.runs, is_usual)) return fmt::format("{}, n={}.\n", step, substeps);
   std::string text = step + ".";
   for (std::size_t first = 0; first < m.runs.size();) {

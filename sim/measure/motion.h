@@ -21,15 +21,11 @@ void continue_motion(Stepper& stepper, int steps, std::size_t samples, Motion& m
 
 /// The instants that a run with step h and a motion with samples at each interval have in common. Throws
 /// Error when h is neither a divisor nor a multiple of the interval.
-class Sampling {
- public:
+struct Sampling {
   Sampling(double step, double interval);
-  int steps_between() const { return steps_; }      ///< steps from one common instant to the next
-  int samples_between() const { return samples_; }  ///< intervals from one common instant to the next
 
- private:
-  int steps_ = 1;
-  int samples_ = 1;
+  int steps_between = 1;    ///< steps from one common instant to the next
+  int samples_between = 1;  ///< intervals from one common instant to the next
 };
 
 /// Returns the scene's size, by which errors are divided: the diameter of a ball about the moving bodies at

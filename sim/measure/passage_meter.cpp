@@ -32,11 +32,6 @@ struct InnerRadius {
   double operator()(const TriangleMesh&) const { return infinity; }
 };
 
-Vector3 middle_of(const Shape& shape) {
-  const auto* const polytope = std::get_if<Polytope>(&shape);
-  return polytope ? polytope->centre : Vector3::Zero();
-}
-
 /// A crossing of a segment and a solid's surface.
 struct Crossing {
   double part;  ///< of the segment's length
@@ -144,10 +139,13 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
   if (!model_.contacts) return;
   for (const Collider& collider : scene.colliders) {
     Obstacle& obstacle = obstacles_.emplace_back();
-    if (const auto* const c = std::get_if<Cylinder>(&collider.shape)) {
+    obstacle.middle = collider.placement.position;
+    if (const auto* const polytope = std::get_if<Polytope>(&collider.shape)) {
+      obstacle.facets = *polytope;
+      obstacle.middle = collider.placement * polytope->centre;
+    } else if (const auto* const c = std::get_if<Cylinder>(&collider.shape)) {
       obstacle.facets = cylinder(2 * c->half_height, c->radius_bottom, c->radius_top, 16);
     }
-    obstacle.middle = collider.placement * middle_of(collider.shape);
     obstacle.inner = std::visit(InnerRadius{}, collider.shape);
     const Bounds around = bounds(collider.shape, collider.placement);
     obstacle.reach = around.min().cwiseAbs().cwiseMax(around.max().cwiseAbs()).norm();
@@ -174,9 +172,6 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   const BodyMotion& frame = motions_[other.body];
   if (!(motion.spun < most_turn && frame.spun < most_turn)) return false;
   if (longest_path(point, through) <= obstacles_[point].inner) return false;
-  const Polytope* const facets = std::holds_alternative<Polytope>(other.shape)
-                                     ? &std::get<Polytope>(other.shape)
-                                     : (obstacles_[through].facets ? &*obstacles_[through].facets : nullptr);
   const double turn = motion.turn.norm() + frame.turn.norm();
   std::vector<double> times{0, motion.bend, frame.bend};
   const int pieces = 1 + static_cast<int>(turn / piece_turn);
@@ -187,7 +182,7 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
     const Pose frame_at = frame.at(time) * other.placement;
     path.push_back(frame_at.inverse() * (motion.at(time) * obstacles_[point].middle));
   }
-  if (facets) return passes_through(*facets, path);
+  if (const auto& facets = obstacles_[through].facets) return passes_through(*facets, path);
   if (const auto* const mesh = std::get_if<TriangleMesh>(&other.shape)) return passes_through(*mesh, path);
   double half_length = 0;
   if (const auto* const capsule = std::get_if<Capsule>(&other.shape)) half_length = capsule->half_length;

@@ -33,7 +33,7 @@ class PassageMeter {
  private:
   /// A collider that others may pass through.
   struct Obstacle {
-    std::optional<Polytope> facets;  ///< of a cylinder
+    std::optional<Polytope> facets;  ///< of a polytope, or of a cylinder
     Vector3 middle;                  ///< body frame
     double inner;  ///< radius of a ball within (of cones: roughly), m; infinite for planes and meshes
     double reach;  ///< distance of its farthest point from the body's centre of mass, m

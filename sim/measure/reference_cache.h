@@ -20,12 +20,10 @@ std::optional<std::uint64_t> program_hash();
 /// renamed, so that several programs can use one folder. Where nothing can be written, nothing is stored.
 class ReferenceCache {
  public:
-  static constexpr std::uintmax_t usual_bytes = 256'000'000;
-
   /// Keeps nothing.
   ReferenceCache() = default;
   /// Keeps results in a folder, and removes the least recently used ones above `most_bytes`.
-  explicit ReferenceCache(std::filesystem::path folder, std::uintmax_t most_bytes = usual_bytes);
+  explicit ReferenceCache(std::filesystem::path folder, std::uintmax_t most_bytes = 256'000'000);
 
   /// Returns the cache of the user: $XDG_CACHE_HOME/substep, or ~/.cache/substep; without either, none.
   static ReferenceCache of_user();

@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "sim/algorithms.h"
@@ -49,8 +50,6 @@ class EventDetection {
     }
     set_up();
   }
-  EventDetection(const EventDetection&) = delete;
-  EventDetection& operator=(const EventDetection&) = delete;
 
   /// Sets the drives for the start, and closes bounds that the start is at and that push, as a taut rope
   /// does.
@@ -155,8 +154,8 @@ class ReferenceIntegrator : public Stepper {
   }
 
   bool step() override {
-    start_q_ = q_;
-    start_v_ = v_;
+    const CoordinateVector start_q = q_;
+    const VelocityVector start_v = v_;
     double left = step_;
     for (int events = 0; events < most_events; ++events) {
       const double taken = advance_to_event(left);
@@ -166,8 +165,8 @@ class ReferenceIntegrator : public Stepper {
       store();
       return true;
     }
-    q_ = start_q_;
-    v_ = start_v_;
+    q_ = start_q;
+    v_ = start_v;
     store();
     return false;
   }
@@ -214,18 +213,17 @@ class ReferenceIntegrator : public Stepper {
     dynamics_.project(q_, v_);
   }
 
-  /// Sets `start_` to the state as numbers.
-  void flatten() {
-    start_.resize(static_cast<Eigen::Index>(body_numbers * q_.size()));
+  /// Returns the state as numbers.
+  StateVector flatten() const {
+    StateVector y(static_cast<Eigen::Index>(body_numbers * q_.size()));
     for (std::size_t i = 0; i < q_.size(); ++i) {
-      start_.segment<body_numbers>(body_numbers * i) << q_[i].linear, q_[i].angular.coeffs(), v_[i].linear,
+      y.segment<body_numbers>(body_numbers * i) << q_[i].linear, q_[i].angular.coeffs(), v_[i].linear,
           v_[i].angular;
     }
+    return y;
   }
   /// Sets q and v from such numbers. Inside a step their quaternions are not of unit length.
-  void unflatten(const StateVector& y, CoordinateVector& q, VelocityVector& v) const {
-    q.resize(state_.q.size());
-    v.resize(q.size());
+  static void unflatten(const StateVector& y, CoordinateVector& q, VelocityVector& v) {
     for (std::size_t i = 0; i < q.size(); ++i) {
       const auto body = y.segment<body_numbers>(body_numbers * i);
       q[i].linear = body.segment<3>(0);
@@ -235,65 +233,62 @@ class ReferenceIntegrator : public Stepper {
     }
   }
 
-  /// Sets `result` to y' at y.
-  void rate(const StateVector& y, StateVector& result) {
-    unflatten(y, trial_q_, trial_v_);
-    const VelocityVector& acceleration = dynamics_.accelerate(trial_q_, trial_v_);
-    result.resize(y.size());
-    for (std::size_t i = 0; i < trial_q_.size(); ++i) {
-      const Vector3& spin = trial_v_[i].angular;
+  /// Returns y' at y.
+  StateVector rate(const StateVector& y) {
+    CoordinateVector q(q_.size());
+    VelocityVector v(v_.size());
+    unflatten(y, q, v);
+    const VelocityVector acceleration = dynamics_.accelerate(q, v);
+    StateVector result(y.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const Vector3& spin = v[i].angular;
       // q' = ½ q ∘ ω̆, of the quaternion as it is.
       const Vector3 vector = y.segment<3>(body_numbers * i + 3);
       const double w = y[body_numbers * i + 6];
-      result.segment<body_numbers>(body_numbers * i) << trial_v_[i].linear,
-          0.5 * (w * spin + vector.cross(spin)), -0.5 * vector.dot(spin), acceleration[i].linear,
-          acceleration[i].angular;
+      result.segment<body_numbers>(body_numbers * i) << v[i].linear, 0.5 * (w * spin + vector.cross(spin)),
+          -0.5 * vector.dot(spin), acceleration[i].linear, acceleration[i].angular;
     }
+    return result;
   }
 
   /// Makes one step by the classical Runge–Kutta method.
   void runge_kutta(double length) {
-    flatten();
-    point_ = start_;
-    newer_.setZero(start_.size());
+    const StateVector start = flatten();
+    StateVector point = start;
+    StateVector sum = StateVector::Zero(start.size());
     for (const auto& [weight, next] :
          {std::pair{1.0, length / 2}, {2.0, length / 2}, {2.0, length}, {1.0, 0.0}}) {
-      rate(point_, rate_);
-      newer_ += weight * rate_;
-      point_ = start_ + next * rate_;
+      const StateVector slope = rate(point);
+      sum += weight * slope;
+      point = start + next * slope;
     }
-    unflatten(start_ + length / 6 * newer_, q_, v_);
+    unflatten(start + length / 6 * sum, q_, v_);
   }
 
   /// Makes one step by Aitken and Neville's scheme on the midpoint rule with 2, 4, 6 … parts, whose error has
   /// even powers of the part alone. Changes are extrapolated and not values: less rounding.
   void extrapolate(double length) {
-    flatten();
-    rate(start_, start_rate_);
-    const int columns = order_ / 2;
-    table_.resize(columns);
-    for (int j = 0; j < columns; ++j) {
+    const StateVector start = flatten();
+    const StateVector start_rate = rate(start);
+    std::vector<StateVector> table(order_ / 2);
+    for (int j = 0; j < order_ / 2; ++j) {
       const int parts = 2 * (j + 1);
       const double part = length / parts;
-      older_.setZero(start_.size());
-      newer_ = part * start_rate_;
+      StateVector older = StateVector::Zero(start.size());
+      StateVector newer = part * start_rate;
       for (int i = 1; i < parts; ++i) {
-        point_ = start_ + newer_;
-        rate(point_, rate_);
-        older_ += 2 * part * rate_;
-        older_.swap(newer_);
+        older += 2 * part * rate(start + newer);
+        older.swap(newer);
       }
-      // Row j of the table, from the left: table_[k] holds row j − 1's entry k until it is replaced.
-      previous_ = newer_;
+      // Row j of the table, from the left: table[k] holds row j − 1's entry k until it is replaced.
       for (int k = 0; k < j; ++k) {
         const double ratio = static_cast<double>(j + 1) / (j - k);
-        extrapolated_ = previous_ + (previous_ - table_[k]) / (ratio * ratio - 1);
-        table_[k].swap(previous_);
-        previous_.swap(extrapolated_);
+        const StateVector extrapolated = newer + (newer - table[k]) / (ratio * ratio - 1);
+        table[k] = std::exchange(newer, extrapolated);
       }
-      table_[j] = previous_;
+      table[j] = newer;
     }
-    unflatten(start_ + table_.back(), q_, v_);
+    unflatten(start + table.back(), q_, v_);
   }
 
   void store() {
@@ -309,19 +304,6 @@ class ReferenceIntegrator : public Stepper {
   VelocityVector v_;  // local angular velocities
   ConstrainedDynamics dynamics_;
   EventDetection events_;
-  CoordinateVector start_q_;
-  VelocityVector start_v_;
-  CoordinateVector trial_q_;
-  VelocityVector trial_v_;
-  StateVector start_;
-  StateVector start_rate_;
-  StateVector point_;
-  StateVector rate_;
-  StateVector older_;
-  StateVector newer_;
-  StateVector previous_;
-  StateVector extrapolated_;
-  std::vector<StateVector> table_;
 };
 
 }  // namespace

@@ -25,10 +25,6 @@ Json finite(double value) {
   return std::isfinite(value) ? Json(value) : Json();
 }
 
-Json reciprocal(double value) {
-  return value == 0 ? Json() : Json(1 / value);
-}
-
 Json numbers(const Quaternion& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
@@ -209,9 +205,9 @@ Json scene_json(const Scene& scene) {
     Json entry{{"name", body.name}, {"colliders", Json::array()}};
     if (i > 0) {
       entry["kind"] = kind_of(body);
-      entry["mass"] = reciprocal(body.inverse_mass);
-      entry["inertia"] = {reciprocal(body.inverse_inertia.x()), reciprocal(body.inverse_inertia.y()),
-                          reciprocal(body.inverse_inertia.z())};
+      entry["mass"] = finite(1 / body.inverse_mass);
+      entry["inertia"] = {finite(1 / body.inverse_inertia.x()), finite(1 / body.inverse_inertia.y()),
+                          finite(1 / body.inverse_inertia.z())};
       const Pose centre = body.pose * centre_frame(body);
       entry["inertiaOrientation"] = numbers(centre_frame(body).inverse().orientation);
       entry["position"] = numbers(centre.position);

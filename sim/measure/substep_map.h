@@ -26,9 +26,6 @@ double substep_radius(const Scene& scene, const Stabilization& by, int iteration
 /// joints, since the radius would take longer than the run.
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
 
-/// Spectral radius above which, by more than rounding, gaps and velocities grow from sub-step to sub-step.
-inline constexpr double growing_radius = 1 + 1e-6;
-
 /// Returns the scene with rods in place of springs: soft limits become hard.
 Scene without_springs(Scene scene);
 

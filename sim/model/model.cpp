@@ -61,9 +61,7 @@ void check(const Scene& scene) {
       throw Error("{}: {} needs {}", scene.file.empty() ? "the scene" : scene.file.string(), part, needs);
   };
   const auto is_body = [&](int i) { return i >= 0 && i < static_cast<int>(scene.bodies.size()); };
-  const auto is_held = [&](int i) {
-    return is_body(i) && scene.bodies[i].inverse_mass == 0 && scene.bodies[i].inverse_inertia.isZero(0);
-  };
+  const auto is_held = [&](int i) { return is_body(i) && scene.bodies[i].is_kinematic(); };
   require(is_held(world_body), "it", "the world as its first body, which no force moves");
   const Body& world = scene.bodies[world_body];
   require(world.pose.position.isZero(0) && world.pose.orientation.vec().isZero(0) &&
@@ -197,10 +195,6 @@ void add_silent_pairs(const Joint& joint, Model& model) {
   for (const int collider : joint.silent_colliders) model.jointed_to_static.emplace_back(collider, second);
 }
 
-std::string counted(std::size_t number, const char* thing) {
-  return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
-}
-
 }  // namespace
 
 bool holds_anchors_together(const Joint& joint) {
@@ -270,7 +264,8 @@ Model build_model(const Scene& scene) {
 std::string description(const Model& model) {
   std::string joints;
   const auto add = [&](std::size_t number, const char* thing) {
-    if (number > 0) joints += (joints.empty() ? "" : ", ") + counted(number, thing);
+    if (number == 0) return;
+    joints += fmt::format("{}{} {}{}", joints.empty() ? "" : ", ", number, thing, number == 1 ? "" : "s");
   };
   const auto locks = [&](Lock::Kind kind) {
     return static_cast<std::size_t>(std::ranges::count(model.locks, kind, &Lock::kind));

@@ -26,10 +26,7 @@ bool has_loop(const Scene& scene, Springs springs) {
     while (parents[body] != body) body = parents[body] = parents[parents[body]];
     return body;
   };
-  const auto own_or_world = [&](int body) {
-    const Body& held = scene.bodies[body];
-    return held.inverse_mass == 0 && held.inverse_inertia.isZero(0) ? world_body : body;
-  };
+  const auto own_or_world = [&](int body) { return scene.bodies[body].is_kinematic() ? world_body : body; };
   std::set<std::pair<int, int>> joined;
   const auto is_counted = [&](const JointLimit& limit) {
     return springs == Springs::count || !limit.stiffness;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/measure/substep_map.h"
 #include "sim/measure/text_table.h"
 #include "sim/model/settings_fields.h"
 
@@ -21,15 +20,12 @@ std::string price_text(const SweepRecord& record) {
       static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
 }
 
-bool is_growing(const SweepRecord& record) {
-  return record.substep_radius.value_or(0) > growing_radius;
-}
-
 /// Returns what to try where no setting is good: no smaller sub-steps where those make the error larger.
 std::string beyond_text(const std::vector<SweepRecord>& records) {
   const auto worst = std::ranges::max_element(
       records, {}, [](const SweepRecord& record) { return record.substep_radius.value_or(0); });
-  if (!is_growing(*worst)) return "take smaller steps than were measured";
+  constexpr double rounding = 1e-6;
+  if (!(worst->substep_radius.value_or(0) > 1 + rounding)) return "take smaller steps than were measured";
   return fmt::format(
       "smaller sub-steps are no way there in {}, where what rows that share bodies leave grows by a factor "
       "of {:.3g} in each, however small. Take more iterations or a smaller τ, or smaller steps of A1",

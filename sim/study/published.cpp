@@ -81,12 +81,11 @@ class PublishedReader : private TomlValues {
       }
     }
     const bool has_substeps = std::ranges::find(fields, "substeps", &SettingsField::name) != fields.end();
-    const bool has_iterations = std::ranges::find(fields, "iterations", &SettingsField::name) != fields.end();
-    run.adjust = [given, fields, has_substeps, has_iterations](Settings& settings) {
+    run.adjust = [given, fields, has_substeps](Settings& settings) {
       for (const SettingsField* const field : fields) copy(settings, *field, given);
       // A2 gets as many row solves as the others.
       if (settings.algorithm == Algorithm::a2 && has_substeps)
-        settings.iterations = given.substeps * (has_iterations ? given.iterations : 1);
+        settings.iterations = given.substeps * given.iterations;
     };
     if (const auto* node = table.get("steps")) run.steps = integer(*node, "steps", 1, 1000);
     if (const auto* node = table.get("duration")) run.duration = positive(*node, "duration");
@@ -217,11 +216,6 @@ void add_figures(const Job& job, std::size_t first, std::vector<PublishedFigure>
   line.measured[job.algorithm] = {"", "ms", Bound::equal, 0, 0, job.milliseconds};
 }
 
-std::string cell_text(const ExpectedFigure& figure, bool is_time) {
-  if (is_time) return fmt::format("~{:.2g}", figure.measured);
-  return short_number(figure.measured) + (figure.is_bad() ? "!" : "");
-}
-
 /// Returns a rank: times first, then figures that lose the result, then the largest error relative to the
 /// tolerance.
 double rank_of(const PublishedFigure& line) {
@@ -260,7 +254,9 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
           table.rows, title, [](const auto& cells) -> const auto& { return cells[0]; });
       if (row == table.rows.end()) row = table.rows.insert(row, {title});
       row->resize(std::max(row->size(), column + 1));
-      (*row)[column] = cell_text(found->second, line.is_time);
+      const ExpectedFigure& figure = found->second;
+      (*row)[column] = line.is_time ? fmt::format("~{:.2g}", figure.measured)
+                                    : short_number(figure.measured) + (figure.is_bad() ? "!" : "");
     }
   }
   for (std::vector<std::string>& row : table.rows) row.resize(ranks.size());

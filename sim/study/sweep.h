@@ -32,7 +32,6 @@ struct SweepJob {
 };
 
 struct Sweep {
-  std::filesystem::path file;
   double horizon = 2;         ///< s that are compared with the reference
   int repetitions = 0;        ///< timed runs of each job
   int most = 64;              ///< sub-steps, iterations or parts of a step up to which limits are searched

@@ -84,7 +84,7 @@ struct Grid {
 
 class Reader : private TomlValues {
  public:
-  explicit Reader(const fs::path& path) : TomlValues(path) { sweep_.file = path; }
+  using TomlValues::TomlValues;
 
   Sweep read() {
     const toml::table root = parse();
@@ -106,8 +106,7 @@ class Reader : private TomlValues {
         read_grid(*node.as_table(), std::string_view(kind) == "limit");
       }
     }
-    if (sweep_.jobs.empty())
-      throw Error("{}: has no [[grid]] or [[limit]] with a scene", sweep_.file.string());
+    if (sweep_.jobs.empty()) throw Error("{}: has no [[grid]] or [[limit]] with a scene", file().string());
     if (const auto* node = root.get("horizons")) read_horizons(*node);
     return checked();
   }
@@ -198,17 +197,17 @@ class Reader : private TomlValues {
 
   /// Returns the file or, if its name has a "*", the matching files of its folder, sorted by name.
   std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
-    const fs::path file = (sweep_.file.parent_path() / text(node, key)).lexically_normal();
-    const std::string pattern = file.filename().string();
-    if (pattern.find('*') == std::string::npos) return {file};
+    const fs::path path = (file().parent_path() / text(node, key)).lexically_normal();
+    const std::string pattern = path.filename().string();
+    if (pattern.find('*') == std::string::npos) return {path};
     std::vector<fs::path> files;
     std::error_code none;
     for (const auto& entry :
-         fs::directory_iterator(file.has_parent_path() ? file.parent_path() : ".", none)) {
+         fs::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", none)) {
       if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0)
         files.push_back(entry.path().lexically_normal());
     }
-    if (files.empty()) fail(node, fmt::format("no file matches '{}'", file.string()));
+    if (files.empty()) fail(node, fmt::format("no file matches '{}'", path.string()));
     std::ranges::sort(files);
     return files;
   }
@@ -327,7 +326,7 @@ Sweep read_sweep(const fs::path& file) {
 }
 
 Sweep sweep_of(const std::vector<fs::path>& scenes, bool maps) {
-  return Reader({}).sweep_of(scenes, maps);
+  return Reader(fs::path()).sweep_of(scenes, maps);
 }
 
 }  // namespace substep

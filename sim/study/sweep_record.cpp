@@ -40,39 +40,25 @@ std::string run_columns() {
 }
 
 /// Throws Error for a number that no run can have, since the file's numbers go into tables and figures.
-void require_possible(const SweepRecord& r, const Json& metrics) {
+void require_possible(const SweepRecord& r, const Json& json) {
   const auto require = [&r](bool possible, std::string_view what, double value) {
     if (!possible) throw Error("not what a sweep wrote: '{}' of {} is {}", what, r.key, value);
   };
-  // Accept infinity: the errors of a diverged run.
-  const auto not_negative = [&](std::string_view what, double value) { require(value >= 0, what, value); };
   check(r.settings);
-  require(r.divisions >= 1, "divisions", r.divisions);
-  require(r.size > 0 && std::isfinite(r.size), "size", r.size);
-  require(r.duration > 0 && std::isfinite(r.duration), "duration", r.duration);
-  not_negative("horizon", r.horizon);
-  not_negative("substep_radius", r.substep_radius.value_or(0));
-  not_negative("uncertainty", r.uncertainty);
-  not_negative("turn_uncertainty", r.turn_uncertainty);
-  for (const auto& [what, value] : metrics.items()) {
-    const bool can_be_negative = what == "energy_change";
-    for (const Json& number : value.is_object() ? value : Json::array({value})) {
-      if (number.is_number() && !can_be_negative) not_negative(what, number.get<double>());
+  require(r.size > 0, "size", r.size);
+  require(r.duration > 0, "duration", r.duration);
+  const Json none = Json::object();
+  for (const Json& part :
+       {json, json.value("metrics", none), json.value("times", none), json.value("limit", none)}) {
+    for (const auto& [what, value] : part.items()) {
+      const double number = value.is_number() ? value.get<double>() : 0;
+      require(number >= 0 || what == "energy_change", what, number);
+      if (!value.is_object() || !value.contains("rms") || value["rms"].is_null()) continue;
+      // Null is infinite: the largest error of a diverged run.
+      const auto rms = value["rms"].get<double>();
+      const double largest = value.at("largest").is_null() ? infinity : value["largest"].get<double>();
+      require(rms >= 0 && largest >= rms * (1 - 1e-9), what, rms);
     }
-    if (!value.is_object() || !value.contains("rms") || !value["largest"].is_number()) continue;
-    const auto largest = value["largest"].get<double>();
-    require(value["rms"].is_number() && largest >= value["rms"].get<double>() * (1 - 1e-9), what, largest);
-  }
-  if (r.times) {
-    const RunTimes& t = *r.times;
-    require(t.repetitions >= 1, "repetitions", t.repetitions);
-    not_negative("smallest", t.smallest);
-    require(t.median >= t.smallest, "median", t.median);
-    require(t.largest >= t.median && std::isfinite(t.largest), "largest", t.largest);
-  }
-  if (r.limit) {
-    require(r.limit->divisions >= 0 && r.limit->divisions <= r.limit->most, "divisions", r.limit->divisions);
-    require(r.limit->runs >= 1, "runs", r.limit->runs);
   }
 }
 
@@ -138,7 +124,7 @@ SweepRecord record_in(const std::string& text) {
       r.limit = StabilityLimit{limit.at("divisions").get<int>(), limit.at("most").get<int>(),
                                limit.at("runs").get<int>()};
     }
-    require_possible(r, json.value("metrics", Json::object()));
+    require_possible(r, json);
     return r;
   } catch (const Json::exception& error) {
     throw Error("not what a sweep wrote: {}", error.what());

@@ -13,7 +13,6 @@ struct BenchmarkScene {
     trajectory,  ///< positions against the reference
     standing,    ///< nothing moves
     contained,   ///< nothing leaves the container
-    none,        ///< too long for a reference
   };
   std::string name;
   Scene scene;
@@ -40,7 +39,9 @@ struct Verdict {
   bool passed;
   double error;  ///< m: from the reference after 1 s; or moved; or how far outside the container
 };
+/// Returns the state that a run should have at its end: A1's at step zero after 1 s, or the start.
+State target_of(const BenchmarkScene& scene);
 /// Runs the scene with `engine` from its start, for 1 s (trajectory) or for all its steps.
-Verdict judge(const BenchmarkScene& scene, Stepper& engine);
+Verdict judge(const BenchmarkScene& scene, const State& target, Stepper& engine);
 
 }  // namespace substep::benchmark

@@ -89,6 +89,7 @@ struct SceneResult {
   std::vector<std::vector<Point>> points;
 };
 
+/// Runs the scene with each entrant, and prints a row for each run.
 SceneResult run(const BenchmarkScene& scene, const std::vector<Entrant>& all) {
   SceneResult result{scene, {}};
   for (const Entrant& entrant : all) {
@@ -98,8 +99,8 @@ SceneResult run(const BenchmarkScene& scene, const std::vector<Entrant>& all) {
     if (is_pile && entrant.settings.front().algorithm == Algorithm::a1 && entrant.name == "A1") continue;
     for (std::size_t i = 0; i < entrant.settings.size(); ++i) {
       points.push_back(measure(scene, entrant.make, entrant.settings[i], entrant.labels[i]));
-      fmt::print(stderr, "{}: {} {:.3g} ms, {:.2g} m\n", scene.name, points.back().label, points.back().cost,
-                 points.back().error);
+      const auto& [label, cost, error] = points.back();
+      fmt::print("| {} | {} | {:.3g} | {:.2g} |\n", scene.name, label, cost, error);
     }
   }
   return result;
@@ -124,17 +125,6 @@ std::string table(const std::vector<SceneResult>& results) {
     text += fmt::format("| {} |", result.scene.name);
     for (const double error : errors) text += fmt::format(" {} |", cheapest(result, error));
     text += "\n";
-  }
-  return text;
-}
-
-std::string all_runs(const std::vector<SceneResult>& results) {
-  std::string text = "| scene | run | ms a simulated second | m |\n|---|---|---:|---:|\n";
-  for (const SceneResult& result : results) {
-    for (const std::vector<Point>& points : result.points) {
-      for (const auto& [label, cost, error] : points)
-        text += fmt::format("| {} | {} | {:.3g} | {:.2g} |\n", result.scene.name, label, cost, error);
-    }
   }
   return text;
 }
@@ -181,15 +171,16 @@ int main_of(const std::vector<std::string>& arguments) {
     }
   }
   const std::vector<Entrant> all = entrants();
-  std::vector<SceneResult> results;
-  for (const BenchmarkScene& scene : scenes()) {
-    if (scene.is_chosen_by(chosen)) results.push_back(run(scene, all));
-  }
-  if (results.empty()) {
+  std::vector<BenchmarkScene> run_scenes = scenes();
+  std::erase_if(run_scenes, [&](const BenchmarkScene& scene) { return !scene.is_chosen_by(chosen); });
+  if (run_scenes.empty()) {
     fmt::print(stderr, "no scene's name begins with these words\n");
     return 2;
   }
-  fmt::print("{}\n{}", all_runs(results), table(results));
+  fmt::print("| scene | run | ms a simulated second | m |\n|---|---|---:|---:|\n");
+  std::vector<SceneResult> results;
+  for (const BenchmarkScene& scene : run_scenes) results.push_back(run(scene, all));
+  fmt::print("\n{}", table(results));
   if (!figure_file.empty())
     write_file(figure_file, report::draw(figure(results, all), report::PictureFormat::svg));
   return 0;

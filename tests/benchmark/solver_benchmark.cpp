@@ -91,13 +91,14 @@ void compare(const BenchmarkScene& scene, std::vector<Entrant> entrants) {
       entrant.times.push_back(1e6 * times.median / scene.steps);
     }
   }
+  const State target = target_of(scene);
   for (Entrant& entrant : entrants) {
     std::string row = fmt::format("| {} | {} | {:.4g} |", scene.name, entrant.name, entrant.median());
     for (const char* const name : other_names) {
       const auto other = std::ranges::find(entrants, name, &Entrant::name);
       row += other == entrants.end() ? " – |" : fmt::format(" {:.3g} |", entrant.median() / other->median());
     }
-    const Verdict verdict = judge(scene, *entrant.make(scene.scene, entrant.settings));
+    const Verdict verdict = judge(scene, target, *entrant.make(scene.scene, entrant.settings));
     fmt::print("{} {} |\n", row, remark(scene, verdict));
   }
 }

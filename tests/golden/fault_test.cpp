@@ -35,7 +35,7 @@ void write_run(const SmallSuite& suite, const PoseLog& log, const Track& track, 
   CasePainter painter(drawn, suite.entry(), log);
   for (const int frame : suite.entry().images) {
     const std::vector<Coordinates>& poses = log.frames[static_cast<std::size_t>(frame)].poses;
-    write_text(suite.image(frame), render::to_png(painter.draw_picture(poses)));
+    write_text(suite.image(frame), render::to_png(painter.draw(poses).picture));
   }
 }
 

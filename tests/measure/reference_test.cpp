@@ -232,11 +232,11 @@ TEST(Reference, BallStaysWithinUncertaintyAtOnsetOfRolling) {
 
 TEST(Sampling, AcceptsWholePartsAndMultiples) {
   const Sampling fine(1.0 / 240, 1.0 / 60);
-  EXPECT_EQ(fine.steps_between(), 4);
-  EXPECT_EQ(fine.samples_between(), 1);
+  EXPECT_EQ(fine.steps_between, 4);
+  EXPECT_EQ(fine.samples_between, 1);
   const Sampling coarse(1.0 / 30, 1.0 / 60);
-  EXPECT_EQ(coarse.steps_between(), 1);
-  EXPECT_EQ(coarse.samples_between(), 2);
+  EXPECT_EQ(coarse.steps_between, 1);
+  EXPECT_EQ(coarse.samples_between, 2);
   EXPECT_THROW(Sampling(0.01, 1.0 / 60), Error);
 }
 

@@ -166,8 +166,6 @@ class Workshop:
         result = []
         for folder in folders:
             text = (TREE / "tests" / folder / "CMakeLists.txt").read_text()
-            for words in re.findall(r"foreach\(name ([^)]*)\)\s*substep_test\(\$\{name\}_test", text):
-                result += [self.build / "tests" / folder / f"{word}_test" for word in words.split()]
             result += [self.build / "tests" / folder / name for name in re.findall(r"substep_test\((\w+)", text)]
             result += [TREE / "tests" / folder / name for name in SCRIPTS.get(folder, ())]
         return [program for program in result if program.name not in GOLDENS]
@@ -281,7 +279,7 @@ class Workshop:
 def judged_equivalent() -> dict[str, str]:
     """Returns the reason for each FILE | OLD | NEW. Ends the program where the file no longer has the line OLD."""
     file = pathlib.Path(__file__).with_name("equivalent.txt")
-    lines = file.read_text().splitlines() if file.exists() else []
+    lines = file.read_text().splitlines()
     parts = [[part.strip() for part in line.split(" | ")] for line in lines if line and not line.startswith("#")]
     for name, old, *_ in parts:
         if old not in map(str.strip, (TREE / name).read_text().splitlines()):
@@ -325,7 +323,6 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--change", action="append", help="FILE | PART OF ONE LINE | WHAT IT BECOMES; not kept")
-    parser.add_argument("--again", action="store_true", help="judge survivors anew")
     parser.add_argument("--no-goldens", action="store_true", help="do not run substep check on survivors")
     parser.add_argument("--table", action="store_true", help="only print the table of what was judged")
     arguments = parser.parse_args()
@@ -342,7 +339,7 @@ def main() -> int:
     verdicts = {}
     for mutant in chosen:
         verdict = workshop.verdicts.get(mutant.key()) if not arguments.change else None
-        if not verdict or (arguments.again and verdict.startswith("survived")):
+        if not verdict:
             verdict = workshop.judge(mutant, not arguments.no_goldens)
             print(f"{mutant}: {verdict}", file=sys.stderr, flush=True)
         verdicts[mutant.key()] = verdict

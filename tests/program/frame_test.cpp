@@ -12,10 +12,10 @@
 #include "render/text.h"
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
-#include "render/video/labels.h"
 #include "render/video/overlay.h"
 #include "render/video/strips.h"
 #include "render/video/time_sheet.h"
+#include "render/video/titles.h"
 #include "sim/error.h"
 #include "sim/measure/motion.h"
 #include "tests/scene_files.h"
@@ -147,19 +147,19 @@ TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {
   Comparison comparison;
   render::Run& run = comparison.runs.emplace_back();
   run.errors = {0, 2e-3, 5e-2, 0.3};
-  Decades decades = axis_of(comparison, Strip::error).decades;
-  EXPECT_EQ(decades.lower, -3);
-  EXPECT_EQ(decades.upper, 0);
-  EXPECT_DOUBLE_EQ(decades.height(0.1), 2.0 / 3);
-  EXPECT_EQ(decades.height(0), 0);
-  EXPECT_EQ(decades.height(1e9), 1);
+  StripAxis axis = axis_of(comparison, Strip::error);
+  EXPECT_EQ(axis.lower, -3);
+  EXPECT_EQ(axis.upper, 0);
+  EXPECT_DOUBLE_EQ(axis.height(0.1), 2.0 / 3);
+  EXPECT_EQ(axis.height(0), 0);
+  EXPECT_EQ(axis.height(1e9), 1);
   run.errors = {1e-12, 1e-12, 1e12};
-  decades = axis_of(comparison, Strip::error).decades;
-  EXPECT_EQ(decades.lower, -3);
-  EXPECT_EQ(decades.upper, 2);
+  axis = axis_of(comparison, Strip::error);
+  EXPECT_EQ(axis.lower, -3);
+  EXPECT_EQ(axis.upper, 2);
   run.errors = {0, 0};
-  decades = axis_of(comparison, Strip::error).decades;
-  EXPECT_LT(decades.lower, decades.upper);
+  axis = axis_of(comparison, Strip::error);
+  EXPECT_LT(axis.lower, axis.upper);
 }
 
 TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
@@ -187,7 +187,7 @@ TEST(StripPainter, MarksCurvesBeyondTheAxis) {
   Comparison comparison;
   comparison.times.resize(3);
   render::Run& run = comparison.runs.emplace_back();
-  const StripAxis axis{.is_logarithmic = false, .decades = {}, .low = -1, .high = 1, .unit = "J"};
+  const StripAxis axis{.is_logarithmic = false, .low = -1, .high = 1, .unit = "J"};
   const StripBox strip{Strip::energy, axis, {0, 0, 300, 64}, {10, 10, 150, 44}};
   // Returns whether something is drawn in rows above or below the plot
   const auto is_marked = [&](double value, int first_row) {

@@ -32,7 +32,7 @@ Sheet two_panels(std::vector<std::array<double, 2>> points = {{1, 1}, {10, 0.1}}
                     .x = {"x", true},
                     .y = {"y", true},
                     .series = {{"one", {2, 7}, std::move(points)}},
-                    .triangles = {{1, 1, 3, 1}}};
+                    .triangle = std::array{1.0, 1.0}};
   return {.title = "title's", .caption = {"a caption"}, .panels = {panel, panel}};
 }
 

@@ -2,7 +2,7 @@
 """Compares state hashes of every scene with each of A1 to A5 and treatment of joints, and hashes of the pixels of three frames
 each, over compilers, levels, processors, locales, rounding modes and orders of the scenes.
 
-    tests/reproducibility/matrix.py --build DIR | --programs DIR [--scenes NAME …]
+    tests/reproducibility/matrix.py --build DIR [--scenes NAME …]
 
 Builds pose_hashes and pixel_hashes in folders below DIR. Processors need Debian's qemu-user, locales the package
 locales-all; missing ones are reported as left out. At -O0 and on an emulator a run takes up to a hundred times as long:
@@ -110,18 +110,14 @@ def add_processors(table: Table, programs: Programs, expected: list[str]) -> Non
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    group = parser.add_mutually_exclusive_group(required=True)
-    group.add_argument("--build", type=pathlib.Path, help="folder for the builds")
-    group.add_argument("--programs", type=pathlib.Path, help="folder of programs built already, in place of all builds")
+    parser.add_argument("--build", type=pathlib.Path, required=True, help="folder for the builds")
     parser.add_argument("--scenes", nargs="*", default=[], help="only these (all)")
     arguments = parser.parse_args()
     files = sorted((SOURCE / "scenes").glob("*.gl[tb]*"))
     scenes = [f for f in files if not arguments.scenes or f.stem in arguments.scenes]
     table = Table(scenes)
     builds: dict[str, Programs] = {}
-    if arguments.programs:
-        builds["as built"] = Programs(arguments.programs)
-    for compiler in () if arguments.programs else COMPILERS:
+    for compiler in COMPILERS:
         if not shutil.which(compiler):
             table.leave_out(compiler, "not installed")
             continue

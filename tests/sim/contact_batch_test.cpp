@@ -16,7 +16,6 @@
 namespace substep {
 namespace {
 
-constexpr Algorithm iterative[] = {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 constexpr int boxes_in_stack = 3;
 
 /// Lets the last collider meet only the floor and colliders of the same group.
@@ -97,7 +96,7 @@ class Groups {
 
 TEST(ContactBatches, StackAmongOthersKeepsItsBits) {
   for (const double difference : {0.0, 0.17}) {
-    for (const Algorithm algorithm : iterative) {
+    for (const Algorithm algorithm : test::iterative_algorithms) {
       Settings settings = default_settings(algorithm);
       settings.kappa = 0.9;
       settings.relaxation = 1.1;
@@ -113,7 +112,7 @@ TEST(ContactBatches, StackAmongOthersKeepsItsBits) {
 }
 
 TEST(ContactBatches, UnlikeManifoldsKeepTheirBits) {
-  for (const Algorithm algorithm : iterative) {
+  for (const Algorithm algorithm : test::iterative_algorithms) {
     const Settings settings = default_settings(algorithm);
     Groups solids(3, settings, add_solid);
     const Model model = build_model(solids.scene());

@@ -246,18 +246,6 @@ Mlcp any_contacts(std::mt19937& random, int bodies, double friction, std::vector
   return problem;
 }
 
-/// Returns contacts of one to five bodies.
-Mlcp some_contacts(std::mt19937& random) {
-  std::vector<Vector6> moving;
-  return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)),
-                      moving);
-}
-
-/// Changes the slips at random, so that no rigid motion fits them.
-void move_right_sides(Mlcp& problem, std::mt19937& random) {
-  for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
-}
-
 /// Adds a row of a joint or stop for each body, to the body seven below, and repeats some of them. Bodies at
 /// rest satisfy them as they do the contacts.
 void add_joints(const std::vector<Vector6>& moving, std::mt19937& random, Mlcp& problem) {
@@ -333,10 +321,15 @@ Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
 
 TEST_F(MlcpTest, IgnoresDirectionOfTangents) {
   std::mt19937 random(8);
+  std::vector<Vector6> moving;
   int other_solutions = 0;
   for (int i = 0; i < 200; ++i) {
-    Mlcp problem = some_contacts(random);
-    if (i % 2 == 1) move_right_sides(problem, random);
+    const int bodies = 1 + static_cast<int>(random() % 5);
+    Mlcp problem = any_contacts(random, bodies, 0.1 + 0.4 * std::abs(uniform(random)), moving);
+    // Change half of the problems' slips, so that no rigid motion fits them.
+    if (i % 2 == 1) {
+      for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
+    }
     EXPECT_TRUE(solves(problem)) << i;
     const std::vector<Vector6> impulses = solver_.impulses();
     EXPECT_TRUE(solves(with_other_tangents(problem, random))) << i;

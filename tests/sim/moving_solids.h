@@ -263,26 +263,13 @@ inline void add_static_plane(Scene& scene, const Pose& pose, const Substance& su
 
 /// Adds a body; returns its index.
 inline int add_body(Scene& scene, const Solid& solid, const Start& start, const Substance& substance) {
-  const int index = static_cast<int>(scene.bodies.size());
-  Body& body = scene.bodies.emplace_back();
+  const int index = add_body(scene, substance.mass, substance.moments, start.pose);
+  Body& body = scene.bodies.back();
   body.name = fmt::format("{} {}", solid.name, index);
-  body.inverse_mass = 1 / substance.mass;
-  body.inverse_inertia = substance.moments.cwiseInverse();
-  body.pose = start.pose;
   body.linear_velocity = start.velocity;
   body.angular_velocity = start.spin;
   add_colliders(scene, index, solid, {}, substance);
   return index;
-}
-
-/// Returns the principal moments of a uniform box.
-inline Vector3 box_moments(double mass, const Vector3& size) {
-  const Vector3 s = size.cwiseAbs2();
-  return mass / 12 * Vector3(s.y() + s.z(), s.x() + s.z(), s.x() + s.y());
-}
-
-inline Vector3 ball_moments(double mass, double radius) {
-  return Vector3::Constant(0.4 * mass * radius * radius);
 }
 
 }  // namespace substep::test

@@ -103,7 +103,7 @@ inline void run(const Check& check) {
     for (const Algorithm algorithm : check.algorithms) {
       const auto i = static_cast<std::size_t>(algorithm);
       double error = trial.error(algorithm);
-      if (std::isnan(error)) error = infinite_error;
+      if (std::isnan(error)) error = infinity;
       if (only >= 0) fmt::print("{} {}: {:.3g}\n", title_of(algorithm), trial.parameters, error);
       if (error < worst[i] || (error == worst[i] && !where[i].empty())) continue;
       worst[i] = error;

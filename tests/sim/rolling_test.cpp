@@ -118,8 +118,7 @@ TEST_P(Rolls, RocksOnDrum) {
   const double inertia = 1 / scene.bodies[plank].inverse_inertia.z() + mass * thickness * thickness / 4;
   const double square = mass * gravity * (radius - thickness / 2) / inertia;  // ω²
   for (const int substeps : {4, 16}) {
-    Settings settings = default_settings(GetParam());
-    settings.substeps = substeps;
+    const Settings settings = test::with_substeps(GetParam(), substeps);
     const auto period = static_cast<int>(std::lround(2 * test::pi / std::sqrt(square) / settings.step));
     Simulation simulation(scene, settings);
     std::array<double, 6> squares{};  // of the swing, summed over each period
@@ -179,8 +178,7 @@ TEST(RollingOfA3, SpinningBallsPushAlongTheirLine) {
     scene.bodies[ball].angular_velocity = Vector3(30, -20, 40);
   }
   for (const int substeps : {4, 30}) {
-    Settings settings = default_settings(Algorithm::a3);
-    settings.substeps = substeps;
+    const Settings settings = test::with_substeps(Algorithm::a3, substeps);
     const Vector3 velocity = test::run(scene, settings, 10 * settings.step).v[2].linear;
     const Vector3 across = velocity - towards * towards.dot(velocity);
     // Measured: 2e-16 m/s; 0.5 and 0.9 m/s with a normal that turns with a ball.

@@ -18,16 +18,10 @@
 namespace substep {
 namespace {
 
-Settings settings_of(int substeps) {
-  Settings settings = default_settings(Algorithm::a5);
-  settings.substeps = substeps;
-  return settings;
-}
-
 /// Returns the largest displacement of any body, or of the one named, within 5 s, m.
 double displacement(const char* name, int substeps, const std::string& body = "") {
   const Scene scene = scene_named(name);
-  return test::largest_displacement(scene, settings_of(substeps), 5,
+  return test::largest_displacement(scene, test::with_substeps(Algorithm::a5, substeps), 5,
                                     body.empty() ? 0 : static_cast<std::size_t>(body_named(scene, body)));
 }
 
@@ -70,7 +64,7 @@ TEST(Overlap, RecoversSlowly) {
   const Scene scene = scene_named("overlap");
   for (const int n : {1, 2, 4, 8, 10, 16, 32, 64}) {
     for (const double tau : {0.3, 0.6, 0.9, 1.0}) {
-      Settings settings = settings_of(n);
+      Settings settings = test::with_substeps(Algorithm::a5, n);
       if (tau != settings.contact_tau) {
         settings.tau = tau;
         settings.contact_tau = settings.contact_kappa = 0;
@@ -85,8 +79,6 @@ TEST(Overlap, RecoversSlowly) {
     }
   }
 }
-
-constexpr Algorithm iterative[] = {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
 TEST(ContactCache, SortsByColliderAndPosition) {
   for (const char* name : {"balls_on_tray", "funnel", "rock_slide", "seams"}) {
@@ -171,7 +163,7 @@ TEST(ContactCache, KeepsRestingBoxInPlace) {
         scene.colliders[0].placement.orientation = slope;
         const Pose pose{slope * Vector3(0.2, 0.1, 0), slope * rotation_quaternion({0, turned, 0})};
         test::add_box(scene, {0.5, 0.2, 0.3}, mass, pose, 0.6);
-        for (const Algorithm algorithm : iterative) {
+        for (const Algorithm algorithm : test::iterative_algorithms) {
           Simulation simulation(scene, default_settings(algorithm));
           for (int i = 0; i < 30; ++i) simulation.step();
           const Vector3 settled = simulation.state().q[1].linear;

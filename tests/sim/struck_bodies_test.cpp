@@ -123,7 +123,7 @@ struct Balls {
   std::vector<double> radii;
   std::vector<double> masses;
   Vector3 along = Vector3::UnitX();
-  double wall = infinite_error;  ///< of a 1 cm wall across `along`, where its face is, m
+  double wall = infinity;  ///< of a 1 cm wall across `along`, where its face is, m
   double e = 1;
   double speed = 1;
 
@@ -225,10 +225,10 @@ double rise_of_energy(const Balls& balls, const State& state) {
 
 /// Returns infinity where two balls of a row, or the last and the wall, have swapped positions, otherwise 0.
 double passed_through(const Balls& balls, const State& state) {
-  double before = -infinite_error;
+  double before = -infinity;
   for (std::size_t i = 1; i <= balls.radii.size(); ++i) {
     const double x = balls.along.dot(state.q[i].linear);
-    if (x < before || x > balls.wall) return infinite_error;
+    if (x < before || x > balls.wall) return infinity;
     before = x;
   }
   return 0;

@@ -30,8 +30,7 @@ TEST(Pendulum, CountsRowsAndSolves) {
 }
 
 TEST(Box, CountsContacts) {
-  Scene scene = test::floor_scene(0.5);
-  test::add_box(scene, {1, 1, 1}, 1, test::at(0, 0.5, 0), 0.5);
+  const Scene scene = test::box_stack(1, 0.5);
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a5}) {
     Settings settings{.algorithm = algorithm};
     Simulation simulation(scene, settings);
@@ -44,25 +43,6 @@ TEST(Box, CountsContacts) {
 
 using test::pi;
 
-/// Adds eight rods of 1 kg that hang a body's `anchor`, which is at `to`, on the world's point `from`.
-void add_chain(Scene& scene, const Vector3& from, const Vector3& to, int body, const Vector3& anchor) {
-  constexpr int links = 8;
-  const Vector3 link = (to - from) / links;
-  const double length = link.norm();
-  const Quaternion along = shortest_rotation(Vector3::UnitX(), link);
-  int last = 0;
-  for (int i = 0; i < links; ++i) {
-    Body rod = test::rod(length, 1);
-    rod.pose = {from + (i + 0.5) * link, along};
-    scene.bodies.push_back(rod);
-    const int own = static_cast<int>(scene.bodies.size()) - 1;
-    scene.joints.push_back(
-        test::ball_joint(own, last, {-length / 2, 0, 0}, i == 0 ? from : Vector3(length / 2, 0, 0)));
-    last = own;
-  }
-  scene.joints.push_back(test::ball_joint(body, last, anchor, {length / 2, 0, 0}));
-}
-
 /// Returns a bridge of 400 kg, hinged at one end and hung on two chains at the other, with two crates and a
 /// ball that falls on it.
 Scene drawbridge() {
@@ -72,7 +52,11 @@ Scene drawbridge() {
   Joint hinge = test::ball_joint(bridge, 0, {-2, 0, 0}, Vector3::Zero());
   hinge.limits.push_back(test::locked(true, {true, true, false}));
   scene.joints.push_back(hinge);
-  for (const double z : {-1.0, 1.0}) add_chain(scene, {0, 3, z}, {4, 0.1, z}, bridge, {2, 0.1, z});
+  for (const double z : {-1.0, 1.0}) {
+    const int last = test::add_chain(scene, 8, {0, 3, z}, {4, 0.1, z});
+    const Vector3 end(std::hypot(4, 2.9) / 16, 0, 0);
+    scene.joints.push_back(test::ball_joint(bridge, last, {2, 0.1, z}, end));
+  }
   for (const double x : {1.5, 2.5}) test::add_box(scene, {0.5, 0.5, 0.5}, 60, test::at(x, 0.35, 0.3), 0.6);
   test::add_ball(scene, 0.3, 80, {3.2, 2.5, -0.3});
   scene.substeps = needed_substeps(scene);
@@ -101,20 +85,15 @@ TEST(TautJoints, HeavyChainHoldsAtSixtyHertz) {
   }
 }
 
-/// Returns eight rods of 0.2 kg in a line along the x axis of `turned`, which turns about its end and the y
-/// axis of `turned` at `speed`, rad/s, without gravity: it stays a line and keeps its speed.
+/// Returns eight rods in a line of 2 m along the x axis of `turned`, which turns about its end and the y axis
+/// of `turned` at `speed`, rad/s, without gravity: it stays a line and keeps its speed.
 Scene whirl(const Quaternion& turned, double speed) {
   Scene scene = test::weightless_scene();
-  constexpr double length = 0.25;
-  for (int i = 0; i < 8; ++i) {
-    Body rod = test::rod(length, 0.2);
-    const Vector3 centre = turned * Vector3((i + 0.5) * length, 0, 0);
-    rod.pose = {centre, turned};
+  const int last = test::add_chain(scene, 8, Vector3::Zero(), turned * Vector3(2, 0, 0));
+  for (int i = 1; i <= last; ++i) {
+    Body& rod = scene.bodies[i];
     rod.angular_velocity = turned * Vector3(0, speed, 0);
-    rod.linear_velocity = rod.angular_velocity.cross(centre);
-    scene.bodies.push_back(rod);
-    scene.joints.push_back(test::ball_joint(i + 1, i, {-length / 2, 0, 0},
-                                            i == 0 ? Vector3::Zero() : Vector3(length / 2, 0, 0)));
+    rod.linear_velocity = rod.angular_velocity.cross(rod.pose.position);
   }
   return scene;
 }

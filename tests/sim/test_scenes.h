@@ -20,11 +20,19 @@ inline constexpr double gravity = 9.81;
 
 inline constexpr std::array all_algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                            Algorithm::a5};
+inline constexpr std::array iterative_algorithms{Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
 /// Returns settings of A3, A4 or A5 with m = 1.
 inline Settings sub_stepped(Algorithm algorithm, int n, double tau, double kappa,
                             Joints joints = Joints::stable) {
   Settings settings{.algorithm = algorithm, .substeps = n, .tau = tau, .kappa = kappa, .joints = joints};
+  return settings;
+}
+
+/// Returns default settings with n sub-steps.
+inline Settings with_substeps(Algorithm algorithm, int n) {
+  Settings settings = default_settings(algorithm);
+  settings.substeps = n;
   return settings;
 }
 
@@ -59,19 +67,12 @@ inline int add_body(Scene& scene, double mass, const Vector3& moments, const Pos
 
 inline constexpr std::array all_axes{true, true, true};
 
-inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
-  JointLimit limit;
-  limit.angular = angular;
-  limit.axes = axes;
-  limit.min = limit.max = 0;
-  return limit;
+inline JointLimit range(bool angular, std::array<bool, 3> axes, double min, double max) {
+  return {.angular = angular, .axes = axes, .min = min, .max = max, .stiffness = {}};
 }
 
-inline JointLimit range(bool angular, std::array<bool, 3> axes, double min, double max) {
-  JointLimit limit = locked(angular, axes);
-  limit.min = min;
-  limit.max = max;
-  return limit;
+inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
+  return range(angular, axes, 0, 0);
 }
 
 inline Joint ball_joint(int a, int b, const Vector3& anchor_a, const Vector3& anchor_b) {
@@ -95,6 +96,16 @@ inline Body rod(double length, double mass) {
   return body;
 }
 
+/// Returns the principal moments of a uniform box.
+inline Vector3 box_moments(double mass, const Vector3& size) {
+  const Vector3 s = size.cwiseAbs2();
+  return mass / 12 * Vector3(s.y() + s.z(), s.x() + s.z(), s.x() + s.y());
+}
+
+inline Vector3 ball_moments(double mass, double radius) {
+  return Vector3::Constant(0.4 * mass * radius * radius);
+}
+
 /// Returns side × side balls of 1 kg and 0.2 m in a level square, 0.5 m apart, on ball joints midway between
 /// neighbours; every fourth of one edge is hung from the world.
 inline Scene net(int side) {
@@ -102,7 +113,7 @@ inline Scene net(int side) {
   constexpr double pitch = 0.5;
   for (int i = 0; i < side * side; ++i) {
     const Vector3 centre = pitch * Vector3(i % side, 0, i / side);
-    const int body = add_body(scene, 1, Vector3::Constant(0.4 * 0.2 * 0.2), {centre, Quaternion::Identity()});
+    const int body = add_body(scene, 1, ball_moments(1, 0.2), {centre, Quaternion::Identity()});
     const Vector3 along = pitch / 2 * Vector3::UnitX();
     const Vector3 across = pitch / 2 * Vector3::UnitZ();
     if (i % side > 0) scene.joints.push_back(ball_joint(body - 1, body, along, -along));
@@ -112,24 +123,33 @@ inline Scene net(int side) {
   return scene;
 }
 
+/// Adds `links` rods of 1 kg on ball joints, in a line from the world's point `from` to `to`. Returns the
+/// last.
+inline int add_chain(Scene& scene, int links, const Vector3& from, const Vector3& to) {
+  const Vector3 link = (to - from) / links;
+  const Vector3 half(link.norm() / 2, 0, 0);
+  int last = world_body;
+  for (int i = 0; i < links; ++i) {
+    Body& body = scene.bodies.emplace_back(rod(link.norm(), 1));
+    body.pose = {from + (i + 0.5) * link, shortest_rotation(Vector3::UnitX(), link)};
+    const int own = static_cast<int>(scene.bodies.size()) - 1;
+    scene.joints.push_back(ball_joint(own, last, -half, i == 0 ? from : half));
+    last = own;
+  }
+  return last;
+}
+
 /// Returns rods of 0.5 m and 1 kg on ball joints, hung from the origin, at `angle` below the horizontal; a
 /// ball of `end_mass` (radius 0.25 m) at the end, if any.
 inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
   Scene scene = empty_scene();
-  const double length = 0.5;
   const auto [sine, cosine] = sine_cosine(angle);
   const Vector3 along(cosine, -sine, 0);
-  for (int i = 0; i < rods; ++i) {
-    Body body = rod(length, 1);
-    body.pose.position = along * (length * (i + 0.5));
-    body.pose.orientation = rotation_quaternion({0, 0, -angle});
-    scene.bodies.push_back(body);
-    scene.joints.push_back(ball_joint(i + 1, i, {-length / 2, 0, 0}, {i > 0 ? length / 2 : 0.0, 0, 0}));
-  }
+  const int last = add_chain(scene, rods, Vector3::Zero(), 0.5 * rods * along);
   if (end_mass > 0) {
-    add_body(scene, end_mass, Vector3::Constant(0.4 * end_mass * 0.0625),
-             {along * (length * rods + 0.25), rotation_quaternion({0, 0, -angle})});
-    scene.joints.push_back(ball_joint(rods + 1, rods, {-0.25, 0, 0}, {length / 2, 0, 0}));
+    const int ball = add_body(scene, end_mass, ball_moments(end_mass, 0.25),
+                              {along * (0.5 * rods + 0.25), scene.bodies[1].pose.orientation});
+    scene.joints.push_back(ball_joint(ball, last, {-0.25, 0, 0}, {0.25, 0, 0}));
   }
   return scene;
 }
@@ -142,23 +162,29 @@ inline Scene floor_scene(double friction) {
   return scene;
 }
 
+/// Gives the last body a shape about its centre and a name with its index. Returns the body.
+inline int add_collider(Scene& scene, const std::string& name, const Shape& shape, double friction,
+                        double restitution) {
+  const int body = static_cast<int>(scene.bodies.size()) - 1;
+  scene.bodies.back().name = name + " " + std::to_string(body);
+  Collider& collider = scene.colliders.emplace_back();
+  collider.body = body;
+  collider.shape = shape;
+  collider.material = {.static_friction = friction, .dynamic_friction = friction, .restitution = restitution};
+  return body;
+}
+
 /// Adds a uniform box of full extents `size`; returns its body.
 inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& pose, double friction) {
-  Body body;
-  body.name = "box " + std::to_string(scene.bodies.size());
-  body.inverse_mass = 1 / mass;
-  const Vector3 squared = size.cwiseAbs2();
-  body.inverse_inertia =
-      (12 / mass) *
-      Vector3(squared.y() + squared.z(), squared.x() + squared.z(), squared.x() + squared.y()).cwiseInverse();
-  body.pose = pose;
-  Collider collider;
-  collider.body = static_cast<int>(scene.bodies.size());
-  collider.shape = box(size);
-  collider.material.dynamic_friction = collider.material.static_friction = friction;
-  scene.bodies.push_back(body);
-  scene.colliders.push_back(collider);
-  return collider.body;
+  add_body(scene, mass, box_moments(mass, size), pose);
+  return add_collider(scene, "box", box(size), friction, 0);
+}
+
+/// Adds a uniform solid ball; returns its body.
+inline int add_ball(Scene& scene, double radius, double mass, const Vector3& position, double friction = 0.6,
+                    double restitution = 0) {
+  add_body(scene, mass, ball_moments(mass, radius), {position, Quaternion::Identity()});
+  return add_collider(scene, "ball", Sphere{radius}, friction, restitution);
 }
 
 /// Returns unit cubes of `mass` stacked on a floor, the top one of `top_mass`.
@@ -179,23 +205,6 @@ inline Scene box_pyramid(int base) {
   return scene;
 }
 
-/// Adds a uniform solid ball; returns its body.
-inline int add_ball(Scene& scene, double radius, double mass, const Vector3& position, double friction = 0.6,
-                    double restitution = 0) {
-  Body& ball = scene.bodies.emplace_back();
-  ball.name = "ball " + std::to_string(scene.bodies.size() - 1);
-  ball.inverse_mass = 1 / mass;
-  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * mass * radius * radius));
-  ball.pose.position = position;
-  Collider& collider = scene.colliders.emplace_back();
-  collider.body = static_cast<int>(scene.bodies.size()) - 1;
-  collider.shape = Sphere{radius};
-  collider.material = {.static_friction = friction, .dynamic_friction = friction, .restitution = restitution};
-  return collider.body;
-}
-
-inline constexpr double infinite_error = infinity;
-
 /// Steps for `duration`. Returns `look(state, time)` of the last step; infinite where the run diverges.
 template <class Look>
 double last(const Scene& scene, const Settings& settings, double duration, Look look) {
@@ -203,7 +212,7 @@ double last(const Scene& scene, const Settings& settings, double duration, Look 
   const auto steps = std::lround(duration / settings.step);
   double result = 0;
   for (long i = 1; i <= steps; ++i) {
-    if (simulation.step().status == StepReport::Status::diverged) return infinite_error;
+    if (simulation.step().status == StepReport::Status::diverged) return infinity;
     result = look(simulation.state(), static_cast<double>(i) * settings.step);
   }
   return result;
@@ -222,13 +231,10 @@ double largest(const Scene& scene, const Settings& settings, double duration, Lo
 /// Returns the largest displacement of any body, or of one, at any time, m.
 inline double largest_displacement(const Scene& scene, const Settings& settings, double duration,
                                    std::size_t only = 0) {
+  const State start = initial_state(scene);
   return largest(scene, settings, duration, [&](const State& state, double) {
-    double most = 0;
-    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-      if (only == 0 || i == only)
-        most = std::max(most, (state.q[i].linear - scene.bodies[i].pose.position).norm());
-    }
-    return most;
+    return only == 0 ? position_difference(state, start)
+                     : (state.q[only].linear - start.q[only].linear).norm();
   });
 }
 

@@ -1,19 +1,17 @@
-# cmake -D source=… -P includes_test.cmake: each folder includes only itself and folders before it, and none <ranges>:
-# clang 14 does not compile the views and subranges of libstdc++ 12.
+# cmake -D source=… -P structure_test.cmake: each folder includes only itself and folders before it, and none <ranges>: clang 14
+# does not compile the views and subranges of libstdc++ 12. No two headers define a type of the same name in the same namespace:
+# the linker would merge the inline functions of two such types, which is undefined behaviour.
 cmake_minimum_required(VERSION 3.25)
 set(order sim/error.h sim/execution sim/math sim/geometry sim/scene sim/model sim/direct sim/constraints sim/descendants sim sim/log sim/loading
-  sim/measure sim/study sim/study/engines sim/commands render render/video render/player render/report render/site render/commands
+  sim/measure sim/study sim/commands render render/video render/player render/report render/site render/commands
   golden/compare golden/suite golden/report golden/check golden/approval golden/commands golden)
-# These folders include each other and count as one: sweeps run engines, and engines implement the steppers of sweeps.
-set(same sim/study sim/study/engines)
 
 function(position_in_order path result)
   cmake_path(GET path PARENT_PATH folder)
+  # These folders include each other and count as one: sweeps run engines, and engines implement the steppers of sweeps.
+  string(REPLACE sim/study/engines sim/study folder "${folder}")
   list(FIND order ${path} found)
   if(found LESS 0)
-    if(folder IN_LIST same)
-      list(GET same 0 folder)
-    endif()
     list(FIND order ${folder} found)
   endif()
   set(${result} ${found} PARENT_SCOPE)
@@ -46,8 +44,28 @@ foreach(file IN LISTS files)
     endif()
   endforeach()
 endforeach()
-if(arrows LESS 500)
-  list(APPEND faults "only ${arrows} includes were read")
+
+file(GLOB_RECURSE headers RELATIVE ${source} ${source}/sim/*.h ${source}/render/*.h ${source}/golden/*.h ${source}/scenes/*.h)
+set(types 0)
+foreach(header IN LISTS headers)
+  file(STRINGS ${source}/${header} lines REGEX "^(namespace|struct|class|enum class) ")
+  set(scope)
+  foreach(line IN LISTS lines)
+    if(line MATCHES "^namespace ([A-Za-z0-9_:]+) {")
+      set(scope ${CMAKE_MATCH_1})
+    # A definition has a brace, a forward declaration a semicolon.
+    elseif(line MATCHES "^(struct|class|enum class) ([A-Za-z0-9_:]+)[^;]*{")
+      set(type "${scope}__${CMAKE_MATCH_2}")
+      math(EXPR types "${types} + 1")
+      if(DEFINED "header_of_${type}")
+        list(APPEND faults "${scope}::${CMAKE_MATCH_2} is defined in ${header} and in ${header_of_${type}}")
+      endif()
+      set("header_of_${type}" ${header})
+    endif()
+  endforeach()
+endforeach()
+if(arrows LESS 500 OR types LESS 200)
+  list(APPEND faults "only ${arrows} includes and ${types} types were read")
 endif()
 if(faults)
   list(JOIN faults "\n" text)
