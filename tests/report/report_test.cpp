@@ -152,7 +152,7 @@ TEST_F(SweepResults, FillInThePage) {
   EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // the template breaks a line here
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](<figures/order.svg>)"));
   for (const char* const heading :
-       {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
+       {"## What to choose", "## Order", "### rod_chain", "## Sub-steps or iterations",
         "## What stays bounded", "### pendulum", "## References"}) {
     EXPECT_THAT(page, HasSubstr(std::string("\n") + heading + "\n")) << heading;
   }
