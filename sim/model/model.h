@@ -64,7 +64,8 @@ struct JointCoordinate {
     twist,     ///< angle of a about an axis of b, rad
     cone,      ///< angle between an axis of a and that of b, rad
     turn,      ///< angle of the whole rotation from b to a, rad
-    // Of springs with rest length 0. Their directions stay defined where a's frame passes through b's.
+    // Springs with rest length 0 have these, whose directions stay defined where a's frame passes through
+    // b's.
     offset,           ///< of a's origin from b's along an axis of the world, m
     rotation_vector,  ///< component along an axis of b of the rotation vector from b to a, rad
     sway,             ///< across the plane in which `cone` opens: 0 rad, and its rate

@@ -107,14 +107,14 @@ TEST(MeshScene, OpenMeshTakesHullWithWarning) {
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
 }
 
-TEST(MeshScene, MeshWithEdgeOfFourTrianglesTakesHull) {
+TEST(MeshScene, TakesHullOfMeshWithEdgeOfFourTriangles) {
   const Scene scene =
       load_text("two.obj", small_cube(0, 0, outward_faces, "o two\n") + small_cube(1, 1, outward_faces));
   EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("or more than two triangles share an edge")));
 }
 
 /// A part that faces inwards is a cavity inside another part; beside it the hull counts.
-TEST(MeshScene, PartThatFacesInwardsIsCavityOrTakesHull) {
+TEST(MeshScene, TakesPartsThatFaceInwardsForCavitiesOrTakesHull) {
   const Scene hollow = load_text("cube.obj", cube_obj + small_cube(0.5, 0.5, inward_faces));
   EXPECT_NEAR(1 / hollow.bodies[1].inverse_mass, 7000, 1e-9);  // measured 9e-13
   const Scene beside = load_text("cube.obj", cube_obj + small_cube(2.5, 0.5, inward_faces));

@@ -435,7 +435,7 @@ double tilt_of_sliding_box(double width, double height, double mu, double durati
   return angle - std::atan2(height, width);
 }
 
-TEST(Friction, SlidingBoxTipsByTheClosedForm) {
+TEST(SlidingBox, TipsByTheClosedForm) {
   constexpr double mu = 0.8;
   constexpr double duration = 0.25;
   const Quaternion slope = rotation_quaternion({0.3, -0.5, 0.8});

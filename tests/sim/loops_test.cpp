@@ -241,15 +241,15 @@ void check_loops(const char* name, Loop (*draw)(Random& random), double energy_o
              }});
 }
 
-TEST(Loops, FourBarHoldsAtSixtyHertz) {
+TEST(FourBar, HoldsAtSixtyHertz) {
   check_loops("N four-bar", four_bar, 0.05);
 }
 
-TEST(Loops, SpatialFourBarHoldsAtSixtyHertz) {
+TEST(SpatialFourBar, HoldsAtSixtyHertz) {
   check_loops("spatial four-bar", spatial_four_bar, 0.15);  // A5 exceeds 0.05, and more with n
 }
 
-TEST(Loops, GovernorHoldsAtSixtyHertz) {
+TEST(Governor, HoldsAtSixtyHertz) {
   check_loops("governor", governor, 0.05);
 }
 
