@@ -260,12 +260,10 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   double gap = infinity;
   for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
   const double size = smaller_size(a, b);
-  const MovingShape moving_a = moving(a, motions_);
-  const MovingShape moving_b = moving(b, motions_);
   const bool touched = before || !remembered_of(a, b).empty();
   if (gap <= touching * size ||
       (gap <= std::max(touched_before * size, falls_of_touched * fall_) && touched)) {
-    if (gap > 0 && !touched && pass(moving_a, moving_b, 0, size)) return;
+    if (gap > 0 && !touched && pass(moving(a, motions_), moving(b, motions_), 0, size)) return;
     add_contacts(a, b, 0);
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
@@ -274,6 +272,8 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
     }
     return;
   }
+  const MovingShape moving_a = moving(a, motions_);
+  const MovingShape moving_b = moving(b, motions_);
   const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
   if (!impact && all_) return add_contacts(a, b, 0);
   if (!impact) {

@@ -140,6 +140,8 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
                      .points = static_cast<int>(points_.size()),
                      .arm_a = pair.to_a * (points_[0].on_a - pair.body_a.position),
                      .arm_b = pair.to_b * (points_[0].on_b - pair.body_b.position)});
+  const Pose pose_a = pair.body_a * candidates_[a].collider->placement;
+  const Pose pose_b = pair.body_b * candidates_[b].collider->placement;
   approach_ = 0;
   separates_ = pair.material.restitution > 0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -156,8 +158,6 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     contact.meets_in = pair.formulated;
     contact.arm_a = pair.to_a * arm_a;
     contact.arm_b = pair.to_b * arm_b;
-    const Pose pose_a = pair.body_a * candidates_[a].collider->placement;
-    const Pose pose_b = pair.body_b * candidates_[b].collider->placement;
     if (candidates_[a].curved || candidates_[b].curved) {
       set_rolling(point, pose_a, pose_b, contact);
     } else if (reformulates_ && std::holds_alternative<Polytope>(candidates_[b].collider->shape)) {
