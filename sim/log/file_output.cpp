@@ -242,9 +242,10 @@ OutputFile::OutputFile(const fs::path& file) : file_(file) {
     if (descriptor_ < 0) refuse(file, errno);
     return;
   }
-  // Write to the target of a link, so that the link remains.
-  std::error_code ignored;
-  partial_.emplace(fs::exists(file, ignored) ? fs::canonical(file) : file);
+  // Write to the target of a link, so that the link remains. Another program may remove either meanwhile.
+  std::error_code missing;
+  const fs::path target = fs::canonical(file, missing);
+  partial_.emplace(missing ? file : target);
   descriptor_ = partial_->descriptor();
 }
 

@@ -90,10 +90,10 @@ TEST(ReferenceCache, IgnoresUnwritableFolder) {
 
 TEST(ReferenceCache, ConcurrentWritersLeaveWholeFiles) {
   const test::TemporaryFolder folder;
-  const Json numbers = std::vector<double>(5000, 0.1);
+  const Json numbers = std::vector<double>(50, 0.1);
   const auto use = [&] {
-    const ReferenceCache cache(folder.path(), 60'000);
-    for (int i = 0; i < 50; ++i) {
+    const ReferenceCache cache(folder.path(), 1'200);
+    for (int i = 0; i < 1000; ++i) {
       const std::string key = std::to_string(i % 3);
       cache.keep(key, numbers);
       const auto found = cache.find(key);
