@@ -315,9 +315,9 @@ def readme_pendulum_follows_printed_commands(folder):
     expect("Approve pendulum.pendulum\na shorter rod" in log, log)
     project.shell(check, 0)
     # A crash and a timeout are errors of the case.
-    project.replace("golden/suite.toml", "time_limit = 120", "time_limit = 1")
-    for line, cause in [("sys.exit('no such rod')", "python3 ended with exit code 1: no such rod"),
-                        ("import time; time.sleep(9)", "python3 has not ended after 1 s")]:
+    for line, limit, cause in [("sys.exit('no such rod')", "120", "python3 ended with exit code 1: no such rod"),
+                               ("import time; time.sleep(9)", "1", "python3 has not ended after 1 s")]:
+        project.replace("golden/suite.toml", "time_limit = 120", f"time_limit = {limit}")
         (project.folder / "pendulum.py").write_text(f"import sys\n{line}\n")
         project.shell(check, 1)
         entry = project.results()["cases"][0]
