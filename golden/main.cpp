@@ -28,8 +28,8 @@ int refuse(std::string message) {
   return bad_input;
 }
 
-/// Returns the edit distance: the number of letters to insert, delete, replace or swap with the next one.
-std::size_t letters_between(const std::string& a, const std::string& b) {
+/// Returns the number of letters to insert, delete, replace or swap with the next one.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector least(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {
     for (std::size_t j = 0; j <= b.size(); ++j) {
@@ -48,7 +48,7 @@ std::size_t letters_between(const std::string& a, const std::string& b) {
 
 /// Returns the nearest of the names within two letters of what was typed, or "".
 std::string nearest(const std::vector<std::string>& names, const std::string& typed) {
-  const auto distance = [&](const std::string& name) { return letters_between(name, typed); };
+  const auto distance = [&](const std::string& name) { return edit_distance(name, typed); };
   const auto found = std::ranges::min_element(names, {}, distance);
   return found == names.end() || distance(*found) > 2 ? "" : *found;
 }

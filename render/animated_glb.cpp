@@ -202,7 +202,7 @@ void add_light(GlbWriter& writer, const char* name, const Light& light) {
   writer.use("KHR_lights_punctual");
   Json& lights = writer.root()["extensions"]["KHR_lights_punctual"]["lights"];
   lights.push_back(std::move(json));
-  // Rotate from −Z, along which lights look
+  // Rotate from −Z, along which lights look.
   const Quaternion rotation = shortest_rotation(-Vector3::UnitZ(), light.direction.normalized());
   Json node = node_at(name, light.position, rotation);
   node["extensions"]["KHR_lights_punctual"]["light"] = lights.size() - 1;

@@ -305,7 +305,7 @@ void add_collider(Gatherer& gatherer, const Collider& collider) {
                   mesh->normals[t]);
     }
   } else if (!is_ground(collider)) {
-    // Draw a square of the plane, 20 m wide
+    // Draw a square of the plane, 20 m wide.
     constexpr double reach = 10;
     add_polygon(gatherer, collider.placement,
                 {{-reach, 0, -reach}, {-reach, 0, reach}, {reach, 0, reach}, {reach, 0, -reach}},

@@ -20,7 +20,7 @@ inline Vector3 to_eigen(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// A perspective view; right-handed, y up on the picture.
+/// A perspective view in world coordinates, m; right-handed, y up on the picture.
 struct View {
   glm::dvec3 eye{0};
   glm::dvec3 right{1, 0, 0};
@@ -54,7 +54,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
 View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames);
 
-/// Returns the map from world to clip space, depth from `near` to `far` in front of the eye.
+/// Returns the map from world to clip space, with depths from `near` to `far`, m, in front of the eye.
 glm::dmat4 clip_from_world(const View& view, double near, double far);
 
 }  // namespace substep::render

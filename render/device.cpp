@@ -18,7 +18,7 @@ Device::Device() {
   const Context::Current current(context);
   make_samplers();
   make_disc();
-  nothing = objects_.vertex_array();
+  no_attributes = objects_.vertex_array();
   frame_buffer = objects_.buffer();
   occlusion = objects_.texture();
   glBindTexture(GL_TEXTURE_2D, occlusion);

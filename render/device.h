@@ -21,12 +21,12 @@ namespace substep::render {
 
 struct Device {
   Context context;
-  GLuint disc = 0;          ///< vertex array of the ground
-  int disc_vertices = 0;    ///< the centre, the corners, and the first corner again
-  GLuint nothing = 0;       ///< vertex array for programs without attributes
-  GLuint frame_buffer = 0;  ///< of the block Frame
-  Target relief;            ///< for the heights of bodies above the ground, Relief::size² pixels
-  GLuint occlusion = 0;     ///< texture, Relief::size²
+  GLuint disc = 0;           ///< vertex array of the ground
+  int disc_vertices = 0;     ///< the centre, the corners, and the first corner again
+  GLuint no_attributes = 0;  ///< vertex array for programs without attributes
+  GLuint frame_buffer = 0;   ///< of the block Frame
+  Target relief;             ///< for the heights of bodies above the ground, Relief::size² pixels
+  GLuint occlusion = 0;      ///< texture, Relief::size²
 
   Device();
 
@@ -38,7 +38,7 @@ struct Device {
 
   /// Uses the program for a surface with more than a colour, and sets its uniforms and the culled faces.
   /// `sight`: the eye, and the distance of two neighbouring samples one metre from it. `is_behind`: draws
-  /// only what lies behind nearer_unit's depth.
+  /// only behind nearer_unit's depth. `shines`: see shaders::Program.
   void use_surface(const Surface& surface, const SurfaceTextures& textures, const glm::vec4& sight,
                    bool is_behind, bool shines);
 

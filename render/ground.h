@@ -9,8 +9,8 @@
 
 namespace substep::render {
 
-/// Returns the height of the world's highest horizontal plane. Without one: the world's lowest point, if no
-/// body starts below it; else a height below all that bodies start at and that bodies hung on the world
+/// Returns the height, m, of the world's highest horizontal plane. Without one: the world's lowest point, if
+/// no body starts below it; else a height below all that bodies start at and that bodies hung on the world
 /// reach. The scene alone determines the height, so that all runs and frames have equal ground.
 double ground_height(const Scene& scene, std::span<const Part> parts);
 

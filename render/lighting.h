@@ -51,12 +51,12 @@ struct FrameUniforms {
   glm::vec4 depth_terms;
 };
 
-/// Sets sun, sky, ground at this height and the light that casts shadows. Returns FrameUniforms::key in
-/// double precision.
+/// Sets sun, sky, the light that casts shadows, and the ground at height `ground`, m. Returns
+/// FrameUniforms::key in double precision.
 glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamps, double ground);
 
-/// Sets the view of a picture of width × height and how far the ground reaches, for a scene `focus` from the
-/// eye. Returns the map from the world to the picture.
+/// Sets the view of a picture of width × height and how far the ground reaches, for a scene `focus`, m, from
+/// the eye. Returns the map from the world to the picture.
 glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
                     double focus);
 

@@ -159,7 +159,7 @@ bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {
   glm::dvec2 low(2);
   glm::dvec2 high(-1);
   for (const glm::dvec2& point : points) {
-    const glm::dvec3 placed = place_ * glm::dvec3(point, 1);
+    const glm::dvec3 placed = to_map_ * glm::dvec3(point, 1);
     if (!(placed.z > 0)) return true;
     const glm::dvec2 at = glm::dvec2(placed) / placed.z;
     low = glm::min(low, at);

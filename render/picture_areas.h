@@ -24,7 +24,7 @@ struct Rectangle {
 /// Side of the square tiles that areas of a picture are made of, in pixels.
 inline constexpr int area_tile = 16;
 
-/// Returns the number of tiles that cover so many pixels.
+/// Returns the number of tiles that cover `pixels` in a row.
 int tiles_along(int pixels);
 
 /// Returns rectangles of the tiles of `side` pixels that have this mark; rows have `columns` tiles.
@@ -34,7 +34,7 @@ std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
 
-/// Returns whether a point of the parts moves in the picture by so many pixels between two sets of poses.
+/// Returns whether a point of the parts moves in the picture by `pixels` or more between two sets of poses.
 bool moves_by(double pixels, std::span<const Part> parts, std::span<const Coordinates> from,
               std::span<const Coordinates> to, const glm::dmat4& clip_from_world, int width, int height);
 
@@ -44,16 +44,16 @@ Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height);
 /// Returns the least depth in each square block of a map, row by row; 1 is the greatest.
 std::vector<float> block_minima(std::span<const float> depths, std::size_t width, std::size_t block);
 
-/// Returns rectangles of small tiles in which bodies are visible: `depths` of the samples within `box`,
-/// `side` each way in a pixel, is below 1 there.
+/// Returns rectangles of small tiles in which bodies are visible: in each a depth is below 1. `depths` has
+/// those of the samples within `box`, `side` × `side` in a pixel.
 std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side);
 
 /// Cells of a square map of the ground, some of which are marked.
 class MarkedCells {
  public:
-  /// `place`: x / z and y / z to 0–1 of the map, from the ground's world x and z; z is positive in the map.
+  /// `to_map` takes (x, z, 1) of the world to (u w, v w, w): the map is 0 ≤ u, v ≤ 1 with w > 0.
   template <typename IsMarked>
-  MarkedCells(int size, const glm::dmat3& place, const IsMarked& is_marked) : size_(size), place_(place) {
+  MarkedCells(int size, const glm::dmat3& to_map, const IsMarked& is_marked) : size_(size), to_map_(to_map) {
     const auto side = static_cast<std::size_t>(size) + 1;
     below_.assign(side * side, 0);
     for (std::size_t y = 1; y < side; ++y) {
@@ -71,7 +71,7 @@ class MarkedCells {
 
  private:
   int size_;
-  glm::dmat3 place_;
+  glm::dmat3 to_map_;
   std::vector<int> below_;  ///< number of marked cells to the left of and below each cell's corner
 };
 
@@ -83,8 +83,8 @@ struct GroundAreas {
   std::vector<Rectangle> open;
 };
 
-/// Returns the areas of a picture. `corner`, `right`, `up`: the ray through the picture's pixel (x, y) is
-/// corner + x right + y up. `above`: the eye's height over the ground.
+/// Returns the ground's areas in a picture. `corner`, `right`, `up`: the ray through a pixel's corner (x, y)
+/// is corner + x right + y up. `above`: the eye's height over the ground.
 GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& corner,
                          const glm::dvec3& right, const glm::dvec3& up, int width, int height,
                          const MarkedCells& shadow, const MarkedCells& occlusion);

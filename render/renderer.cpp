@@ -173,7 +173,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rect
   bind_texture(depth_unit, depth);
   glDepthFunc(GL_ALWAYS);
   device->use({.kind = Kind::shading, .looks = looks, .shines = shines, .has_sun = lamps.has_sun});
-  glBindVertexArray(device->nothing);
+  glBindVertexArray(device->no_attributes);
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glEnable(GL_SCISSOR_TEST);
@@ -273,7 +273,7 @@ Renderer::~Renderer() = default;
 const View& Renderer::view() const {
   return implementation_->view;
 }
-void Renderer::look(const View& view) {
+void Renderer::change_view(const View& view) {
   implementation_->view = view;
 }
 

@@ -27,27 +27,27 @@ struct RenderSettings {
   int height = 720;
   bool antialiasing = true;
   bool shadows = true;
-  bool steps_back = false;  ///< the scene's own camera, until it sees all frames given: stepped_back()
-  /// Pixels a side, even, of the tiles that a picture is drawn in. 0: of 2048, where it is larger than 2²³
-  /// pixels or 8192 a side; else it is one tile.
+  bool steps_back = false;  ///< moves the scene's camera back until it sees all frames: stepped_back()
+  /// Side of the tiles that a picture is drawn in, pixels, even. 0: 2048 for a picture of more than 2²³
+  /// pixels or 8192 a side, else one tile.
   int tile = 0;
 };
 
 /// Throws Error where pictures of this size cannot be drawn, before memory is taken for them.
 void check(const RenderSettings& settings);
 
-/// One OpenGL context, which the next renderer takes over; use from one thread at a time.
+/// A renderer of one scene. Later renderers reuse its OpenGL context. Use it from one thread at a time.
 class Renderer {
  public:
-  /// `reference` (may be empty): all frames' poses that will be drawn, for a camera that sees them all where
-  /// the scene has none; else the scene's initial poses serve.
+  /// `reference`: the poses of all frames, from which a scene without a camera gets one that sees them all;
+  /// empty: the scene's initial poses serve.
   Renderer(const Scene& scene, const RenderSettings& settings,
            std::span<const std::vector<Coordinates>> reference = {});
   ~Renderer();
 
   const View& view() const;
   /// Changes the view of the next pictures.
-  void look(const View& view);
+  void change_view(const View& view);
 
   /// Returns whether a point of a body moves in the picture by `pixels` or more between two sets of poses.
   bool moves_by(double pixels, std::span<const Coordinates> from, std::span<const Coordinates> to) const;

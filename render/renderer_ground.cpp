@@ -112,16 +112,16 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   // Restrict the map's transform to points (x, z) of the ground.
   const glm::dmat4 map(frame.shadow_from_world);
   const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
-  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),
-                                glm::dvec3(map[2].x, map[2].y, map[2].w),
-                                glm::dvec3(middle.x, middle.y, middle.w));
+  const glm::dmat3 to_shadow_map(glm::dvec3(map[0].x, map[0].y, map[0].w),
+                                 glm::dvec3(map[2].x, map[2].y, map[2].w),
+                                 glm::dvec3(middle.x, middle.y, middle.w));
   const std::vector<float>& around = shadow->around;
-  const MarkedCells in_shadow(ShadowMap::blocks, shadow_place,
+  const MarkedCells in_shadow(ShadowMap::blocks, to_shadow_map,
                               [&](std::size_t i) { return settings.shadows && around[i] < 1; });
   const glm::dvec4 square(frame.occlusion);
-  const glm::dmat3 square_place(glm::dvec3(square.z, 0, 0), glm::dvec3(0, square.z, 0),
-                                glm::dvec3(-square.x * square.z, -square.y * square.z, 1));
-  const MarkedCells occluded(Relief::size, square_place, [&](std::size_t i) { return openness[i] < 1; });
+  const glm::dmat3 to_square(glm::dvec3(square.z, 0, 0), glm::dvec3(0, square.z, 0),
+                             glm::dvec3(-square.x * square.z, -square.y * square.z, 1));
+  const MarkedCells occluded(Relief::size, to_square, [&](std::size_t i) { return openness[i] < 1; });
   return ground_areas(glm::dvec3(frame.eye), frame.eye.y - ground, glm::dvec3(frame.ray_corner),
                       glm::dvec3(frame.ray_right), glm::dvec3(frame.ray_up), picture.width, picture.height,
                       in_shadow, occluded);
@@ -147,7 +147,7 @@ void Renderer::Implementation::draw_surroundings(shaders::Shade shade, std::span
     draw_ground();
   }
   device->use({.kind = Kind::sky});
-  glBindVertexArray(device->nothing);
+  glBindVertexArray(device->no_attributes);
   for (const Rectangle& area : within) {
     glScissor(area.x, area.y, area.width, area.height);
     glDrawArrays(GL_TRIANGLES, 0, 3);

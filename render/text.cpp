@@ -195,7 +195,7 @@ std::string cut(const std::string& text, const TextStyle& style, double width) {
   if (text_width(text, style) <= width) return text;
   std::string shorter = text;
   while (!shorter.empty() && text_width(shorter + "…", style) > width) {
-    // Remove a character of several bytes as a whole
+    // Remove a character of several bytes as a whole.
     while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
       shorter.pop_back();
     if (!shorter.empty()) shorter.pop_back();

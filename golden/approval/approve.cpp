@@ -39,14 +39,14 @@ fs::path inside(const fs::path& folder, const std::string& text) {
 }
 
 /// Returns the sidecar without fields that may differ between two equal sets of goldens.
-Json essence(Json sidecar) {
+Json comparable(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
   return sidecar;
 }
 
 /// Returns true where the golden equals `content`: pictures by their pixels, other files by their bytes.
-bool holds(const fs::path& golden, const std::string& golden_bytes, const std::string& content) {
+bool is_equal(const fs::path& golden, const std::string& golden_bytes, const std::string& content) {
   if (golden_bytes == content) return true;
   if (golden.extension() != ".png" || golden_bytes.empty()) return false;
   try {
@@ -58,9 +58,8 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   }
 }
 
-/// Adds when and why the case was approved; earlier approvals are in the repository's history. A case that
-/// passes has the same states and pictures, so that its approval and provenance stay, also where files are
-/// rewritten.
+/// Adds the approval's date and reason; earlier approvals are in the repository's history. A case that passes
+/// keeps its approval and provenance where files are rewritten, since its states and pictures are the same.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   if (old.is_object() && old.contains("approved") && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");
@@ -71,11 +70,11 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   }
 }
 
-/// Returns the hash of a case's scene as it is now. Throws Error where it cannot be loaded.
+/// A function that returns the current hash of a case's scene. Throws Error where it cannot be loaded.
 using SceneHash = std::function<std::string(const std::string& case_name)>;
 
-/// Returns the files to write for one case, the sidecar last; empty when its goldens equal those of the check
-/// already. Throws Error where the case cannot be approved.
+/// Returns the files to write for one case, the sidecar last; empty where its goldens already equal the
+/// check's results. Throws Error where the case cannot be approved.
 std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
                                    const fs::path& suite_folder, const SceneHash& scene_hash) {
   const auto refuse = [&](const std::string& why) {
@@ -93,7 +92,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
     if (content_hash(content) != candidate.at("from_hash"))
       refuse(fmt::format("{} is no longer what the check left: run 'substep check' again", from.string()));
     const std::string golden = content_of(to).value_or("");
-    if (holds(to, golden, content)) continue;
+    if (is_equal(to, golden, content)) continue;
     if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.at("to_hash"))
       refuse(fmt::format("{} is no longer what the check saw: run 'substep check' again", to.string()));
     if (to.extension() == ".png") content = render::to_small_png(render::from_png(content, from.string()));
@@ -101,7 +100,7 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
   }
   const fs::path sidecar_file = inside(suite_folder, entry.at("sidecar_file"));
   const Json old = Json::parse(content_of(sidecar_file).value_or(""), nullptr, false);
-  if (!files.empty() || !old.is_object() || essence(old) != essence(sidecar)) {
+  if (!files.empty() || !old.is_object() || comparable(old) != comparable(sidecar)) {
     note_approval(entry, old, options.reason, sidecar);
     files.push_back({sidecar_file, sidecar_text(sidecar)});
   }

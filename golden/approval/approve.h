@@ -3,7 +3,7 @@
 ///
 /// Copies files (pictures compressed better) and runs nothing again, so that a person approves what he looked
 /// at. Refuses, and writes nothing, where a file, a golden or a scene changed since the check, a picture is
-/// blank, or a renderer drew that is not the pinned one (but with renderer = "any"). Deletes nothing. A
+/// blank, or the renderer is not the pinned one (unless renderer = "any"). Deletes nothing. A
 /// case's sidecar is written last, so that the next check shows an interrupted approval, and the same command
 /// completes it.
 
@@ -15,8 +15,8 @@ namespace substep::golden {
 
 struct ApproveOptions {
   std::filesystem::path suite = "golden/suite.toml";
-  std::filesystem::path output = "out/check";  ///< of the check
-  std::vector<std::string> cases;  ///< see is_named(); of a passing one outdated files are renewed
+  std::filesystem::path output = "out/check";  ///< folder of the check's results
+  std::vector<std::string> cases;  ///< names, see is_named(); one that passes gets outdated files renewed
   bool all_failed = false;         ///< every case that did not pass, too
   std::string reason;              ///< kept in the sidecars
 };

@@ -106,7 +106,7 @@ PoseLog foreign_log(const CaseContext& context, Tracker& tracker) {
   for (const State& state : states) tracker.add(state);
   PoseLog log = log_of(states, context.scene, step, entry.author);
   log.full_every = entry.full_every;
-  // Keep every full_every-th frame's poses, and the last frame's
+  // Keep every full_every-th frame's poses, and the last frame's.
   for (std::size_t k = 0; k + 1 < log.frames.size(); ++k)
     if (k % static_cast<std::size_t>(entry.full_every) != 0) log.frames[k].poses.clear();
   return log;

@@ -82,7 +82,7 @@ CaseResult failed_case(const std::filesystem::path& output, const SuiteCase& ent
 /// Returns a case's part of results.json.
 Json to_json(const CaseResult& result);
 
-/// A picture with its image of bodies. Both empty where there was nothing to draw.
+/// A picture with its image of bodies. Both are empty where there was nothing to draw.
 struct Drawing {
   render::Image picture;
   render::Image bodies;
@@ -92,8 +92,7 @@ struct Drawing {
 
 /// Draws a case's frames, of one pose log, as the golden pictures are drawn.
 ///
-/// It has a renderer of its own: the run's poses set the ground and, where the scene has none, the camera, so
-/// that a renderer that drew another run before would give other pictures.
+/// A painter serves one run, whose poses set the ground and, where the scene has none, the camera.
 class CasePainter {
  public:
   CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log);
@@ -106,7 +105,7 @@ class CasePainter {
   render::Renderer renderer_;
 };
 
-/// Returns the poses of a log's frames that have them.
+/// Returns the poses of the frames in which the log has all bodies of the scene.
 std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scene& scene);
 
 /// A case while it is checked.
@@ -137,14 +136,14 @@ struct CaseContext {
   std::optional<PoseLog> live = {};
   std::optional<Track> live_track = {};
   std::vector<std::string> edited = {};  ///< golden files that differ from the approved ones
-  std::vector<Drawing> drawn = {};       ///< of the golden poses, one for each picture
-  std::vector<Drawing> new_images = {};  ///< of the live poses; empty where not needed
+  std::vector<Drawing> drawn = {};       ///< drawings of the golden poses, one for each picture
+  std::vector<Drawing> new_images = {};  ///< drawings of the live poses; empty where not needed
 };
 
 /// Returns true where pictures are within the tolerance: by FLIP where it is set, else by levels and counts.
 bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance);
 
-/// Returns what `read` reads of goldens. Adds the remedy to its Error.
+/// Calls `read`, which reads goldens, and adds the remedy to its Error.
 template <typename Read>
 auto read_goldens(Read&& read) {
   try {
@@ -162,10 +161,10 @@ void check_images(CaseContext& context);
 /// Sets verdict and cause. The first rule that applies decides:
 ///
 ///  1. new, missing      no golden exists; a golden, the sidecar or the track is absent;
-///  2. golden edited     all that fails does so against goldens whose own hash, noted when they were
-///                       approved, does not hold: nobody approved them;
-///  3. scene changed     the scene's file is another than the goldens were made of, and what differs in it
-///                       bears on what fails (motion, pictures or both);
+///  2. golden edited     all failures are against goldens that differ from their hash in the sidecar, so that
+///                       nobody approved them;
+///  3. scene changed     the scene's file is not the one that the goldens were made of, and its changes bear
+///                       on what fails (motion, pictures or both);
 ///  4. loading changed   an equal file loads with other masses, positions, shapes or meshes;
 ///  5. simulation, renderer or both changed: all other cases. Environment: only pictures fail, and not
 ///                       is_exact_here().

@@ -44,7 +44,7 @@ void explain_edits(CaseContext& context, Failing& failing) {
   if (!failing.any()) context.result.verdict = Verdict::golden_edited;
 }
 
-/// Explains failures by another scene in the file, or by other bodies that are loaded from the same file.
+/// Explains failures by a scene file that changed, or by other bodies that are loaded from the same file.
 void explain_inputs(CaseContext& context, Failing& failing) {
   const bool is_other_file = context.sidecar.scene_hash != hash_text(context.scene.hash);
   const std::vector<std::string> names = context.golden ? context.golden->bodies : std::vector<std::string>();
@@ -231,11 +231,11 @@ std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
 void decide(CaseContext& context) {
   const PoseResult& poses = context.result.poses;
   const auto& images = context.result.images;
-  const auto none_of = [&](auto&& is) { return std::none_of(images.begin(), images.end(), is); };
-  const bool none_has_golden = none_of([](const auto& i) { return i.has_golden; });
-  const bool all_have_goldens = none_of([](const auto& i) { return !i.has_golden; });
-  const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
-  Failing failing{!poses.passes, !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
+  const bool none_has_golden = std::ranges::none_of(images, &ImageResult::has_golden);
+  const bool all_have_goldens = std::ranges::all_of(images, &ImageResult::has_golden);
+  const bool all_drawn = std::ranges::all_of(images, &ImageResult::is_drawn);
+  const auto fails = [](const ImageResult& image) { return image.is_drawn && !image.passes; };
+  Failing failing{!poses.passes, std::ranges::any_of(images, fails)};
   Verdict& verdict = context.result.verdict;
   bool is_explained = true;
   if (!poses.has_golden && none_has_golden) {

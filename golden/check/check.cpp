@@ -35,8 +35,8 @@ constexpr const char* case_key = "case";
 /// Time for the pictures of a case that runs a command, beside its `time_limit`, s.
 constexpr double time_for_pictures = 30;
 
-void send(int descriptor, const char* what, const Json& value) {
-  const std::string line = Json{{what, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+void send(int descriptor, const char* key, const Json& value) {
+  const std::string line = Json{{key, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::string_view rest = line;
   while (!rest.empty()) {
     const ssize_t written = ::write(descriptor, rest.data(), rest.size());
@@ -103,7 +103,7 @@ struct Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// Lets the process check a case.
+  /// Makes the process check a case.
   void give(std::size_t case_index) {
     index = case_index;
     start = Clock::now();
@@ -111,8 +111,8 @@ struct Worker {
     ::send(descriptor, &case_index, sizeof case_index, MSG_NOSIGNAL);
   }
 
-  /// Reads what the process has sent and calls `receive` with each whole message. Returns false when it has
-  /// ended.
+  /// Reads the process's output and calls `receive` with each whole message. Returns false when the process
+  /// has ended.
   bool read(const std::function<void(const Json& message)>& receive) {
     std::array<char, 65536> bytes{};
     const ssize_t got = ::read(descriptor, bytes.data(), bytes.size());
@@ -181,7 +181,7 @@ class ParallelCheck {
     return worker.start + std::chrono::duration_cast<Clock::duration>(limit);
   }
 
-  /// Waits until a worker has sent something or exceeds its limit of time, and receives what was sent.
+  /// Waits until a worker sends a message or exceeds its time limit, and receives the messages.
   void wait() {
     std::vector<pollfd> waiting;
     double timeout = -1;
@@ -202,10 +202,10 @@ class ParallelCheck {
 
   void receive(const Json& message, Worker& worker) {
     const auto item = message.begin();
-    const std::string& what = item.key();
-    if (what == refusal_key) throw Error(item.value().get<std::string>());
-    if (what == made_with_key) output_.set_made_with(item.value());
-    if (what == case_key) {
+    const std::string& key = item.key();
+    if (key == refusal_key) throw Error(item.value().get<std::string>());
+    if (key == made_with_key) output_.set_made_with(item.value());
+    if (key == case_key) {
       add(*worker.index, item.value());
       worker.index.reset();
     }

@@ -60,9 +60,9 @@ struct ImageResult {
   bool passes = false;
   bool is_blank = false;       ///< whether a picture drawn here, of golden or live poses, is blank
   bool must_be_exact = false;  ///< whether no tolerance holds on this renderer
-  /// Golden poses, this renderer, against the golden picture.
+  /// The golden poses, drawn here, against the golden picture.
   std::optional<PictureComparison> against_golden;
-  std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
+  std::optional<PictureComparison> new_poses;  ///< new poses against golden ones, both drawn here
 };
 
 /// Two pictures for a person to compare, and a picture of their difference: files in the case's folder, empty
@@ -77,8 +77,8 @@ struct PicturePair {
   PictureComparison comparison;
 };
 
-/// A file that approval would copy over a golden, with the hashes of both during the check. In
-/// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
+/// A file that approval would copy over a golden, with the hashes of both during the check. Since both
+/// folders may move, results.json has `from` relative to its own folder and `to` relative to the suite's.
 struct ApprovalCandidate {
   std::filesystem::path from;
   std::string from_hash;

@@ -78,7 +78,7 @@ Json to_json(const PicturePair& pair) {
           {"comparison", to_json(pair.comparison)}};
 }
 
-/// Returns the path of `file` relative to `folder`, which contains it.
+/// Returns the path of `file` relative to `folder`, which contains the file.
 std::string below(const fs::path& file, const fs::path& folder) {
   return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// The commands of golden. A callback throws Error for bad input, and CLI::RuntimeError where the answer is
-/// no: 1 where runs differ or a golden fails, 3 where a check fails by its renderer alone.
+/// The commands of golden. A callback throws Error for bad input, and CLI::RuntimeError with
+/// the exit code: 1 where runs differ or a golden fails, 3 where a check fails by its renderer alone.
 
 #include <CLI/CLI.hpp>
 

@@ -84,7 +84,7 @@ time_limit = 120         # s, for checking a case
 constexpr const char* own_run_line =
     R"(algorithms = ["a5"]      # any of a1 to a5: each is a case of its own)";
 
-/// Returns the words of a command line, in which "…" quotes.
+/// Splits a command line into words, in which "…" quotes.
 Command words_of(const std::string& line) {
   Command words;
   std::istringstream stream(line);
@@ -154,8 +154,8 @@ struct InitOptions {
 };
 
 struct NewSuite {
-  std::vector<std::pair<fs::path, std::string>> files;  ///< below the project's folder, with their contents
-  std::map<std::string, std::string> scenes;            ///< those that are cases, by name
+  std::vector<std::pair<fs::path, std::string>> files;  ///< paths in the project, with their contents
+  std::map<std::string, std::string> scenes;            ///< files of the scenes that are cases, by name
   std::vector<std::string> others;                      ///< scenes that cannot be cases, each with the reason
 };
 

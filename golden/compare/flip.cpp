@@ -15,8 +15,8 @@ using Plane = Eigen::ArrayXXf;
 using Planes = std::array<Plane, 3>;
 using Kernel = Eigen::ArrayXf;
 
-/// The pixels of a row that are filtered together: as many sums as the processor's registers hold. Planes
-/// have a multiple of them in a row, padding included: Eigen computes four floats at once and single ones by
+/// The pixels of a row that are filtered together: as many sums as the processor's registers hold. Rows are
+/// padded to a multiple of `lanes` pixels: Eigen computes four floats at once and single ones by
 /// functions that round differently, and a value must not depend on where its pixel lies.
 constexpr int lanes = 32;
 using Lanes = Eigen::Array<float, lanes, 1>;
@@ -36,7 +36,7 @@ constexpr Sensitivity red_green_sensitivity{1.0, 0.0053};
 constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
 constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
 
-/// Some rows of a picture.
+/// A band of a picture: rows from `top` on.
 struct Band {
   int top, height;
 };
@@ -150,9 +150,9 @@ SensitivityFilter sensitivity_filter(const Sensitivity& s) {
   return {(weights / sum).cast<float>(), s.a * std::sqrt(pi / s.b) * sum * sum};
 }
 
-/// Scales the positive weights to the sum 1, the negative ones to −1. In single precision as in the authors'
-/// program: on flat areas these sums cancel but for their rounding, and the exponent ½ makes 3e-5 of 1e-9, so
-/// agreement to 2e-6 needs the same rounding.
+/// Scales the positive weights to the sum 1, the negative ones to −1. Computes in single precision, as the
+/// authors' program does: on flat areas these sums cancel but for their rounding, and the exponent ½ makes
+/// 3e-5 of 1e-9, so agreement to 2e-6 needs the same rounding.
 Kernel of_unit_sums(Kernel weights) {
   float positive = 0;
   float negative = 0;
@@ -254,15 +254,15 @@ Perceived perceive(const render::Image& image, const Band& band, const Filters& 
                             (1 - narrow) * blur(colors[2], filters.blue_wide.kernel);
   const Plane light = luminance(colors[0]);
   const Plane smooth = filter_rows(light, filters.gaussian);
-  const auto gradient = [&](const Kernel& derivative) -> Plane {
+  const auto strength = [&](const Kernel& derivative) -> Plane {
     const Plane across = filter_columns(filter_rows(light, derivative), filters.gaussian);
     return (across.square() + filter_columns(smooth, derivative).square()).sqrt();
   };
   return {perceived({blur(colors[0], filters.lightness), blur(colors[1], filters.red_green), blue_yellow}),
-          gradient(filters.first), gradient(filters.second)};
+          strength(filters.first), strength(filters.second)};
 }
 
-/// Returns the values of the map.
+/// Returns the FLIP error of each pixel, 0 to 1.
 Plane visible_difference(const Perceived& before, const Perceived& after) {
   const Plane strongest = (before.edges - after.edges).abs().max((before.points - after.points).abs());
   // The feature difference to the power of q_f = ½.
@@ -295,14 +295,14 @@ Flip flip(const render::Image& expected, const render::Image& actual) {
 }
 
 render::Image heat_map(const Flip& flip) {
-  // From black over violet and orange to pale yellow: brightness alone tells the order too.
+  // Go from black over violet and orange to pale yellow: brightness alone shows the order, too.
   constexpr std::array<std::array<float, 3>, 6> stops{
       {{0, 0, 0}, {70, 15, 110}, {150, 40, 120}, {225, 85, 80}, {252, 165, 70}, {252, 253, 200}}};
   render::Image image(flip.width, flip.height);
   for (std::size_t i = 0; i < flip.map.size(); ++i) {
-    const float at = std::clamp(flip.map[i], 0.0F, 1.0F) * (stops.size() - 1);
-    const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
-    const float fraction = at - static_cast<float>(low);
+    const float position = std::clamp(flip.map[i], 0.0F, 1.0F) * (stops.size() - 1);
+    const auto low = std::min(static_cast<std::size_t>(position), stops.size() - 2);
+    const float fraction = position - static_cast<float>(low);
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const float level = stops[low][channel] + fraction * (stops[low + 1][channel] - stops[low][channel]);
       image.rgb[3 * i + channel] = static_cast<std::uint8_t>(std::lround(level));

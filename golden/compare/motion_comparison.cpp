@@ -11,8 +11,8 @@
 namespace substep::golden {
 namespace {
 
-/// Returns the change without what rounding of poses in tracks may cause: one step of resolution in each, and
-/// as much error.
+/// Returns the change, with 0 for differences that rounding may cause: in each of the two tracks one step of
+/// resolution and as much error.
 BodyDifference beyond_rounding(BodyDifference change) {
   constexpr double least = 4 * Track::resolution;
   if (change.position <= least) change.position = 0;
@@ -53,7 +53,7 @@ std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const Logged
   return result;
 }
 
-/// Returns the difference of two poses, without that of rounding where they are rounded.
+/// Returns the difference of two poses beyond what their rounding may cause.
 BodyDifference difference_of(const PosePair& pair, std::size_t body) {
   const BodyDifference exact = difference(pair.golden[body], pair.actual[body]);
   return pair.is_rounded ? beyond_rounding(exact) : exact;
@@ -89,7 +89,7 @@ FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual)
   return first;
 }
 
-int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual, int from) {
+int first_different_contacts(const LoggedMotion& golden, const LoggedMotion& actual, int from) {
   for (int k = std::max(from, 0); k < frame_count(golden, actual); ++k) {
     const Track::Frame* a = track_frame(golden, k);
     const Track::Frame* b = track_frame(actual, k);
@@ -99,7 +99,7 @@ int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual,
   return -1;
 }
 
-/// Returns the first body of a frame beyond `tolerance` of the golden one; empty: none.
+/// Returns a message on the first body of a frame that differs by more than `tolerance`; empty: none does.
 std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
                          const PoseTolerance& tolerance) {
   const PosePair pair = poses_at(golden, actual, frame);
@@ -200,7 +200,7 @@ MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& 
   MotionComparison result;
   result.first = first_change(golden, actual);
   if (result.first.frame < 0) return result;
-  result.contacts_frame = first_other_contacts(golden, actual, result.first.frame);
+  result.contacts_frame = first_different_contacts(golden, actual, result.first.frame);
   if (tolerance) {
     judge(golden, actual, scene, *tolerance, result);
   } else {

@@ -43,8 +43,8 @@ struct ReportPictures {
 
   std::string source(const fs::path& folder, const std::string& file) {
     const std::string link = (folder.filename() / file).string();
-    std::error_code none;
-    if (fs::file_size(output / link, none) > budget) return render::escaped(link);
+    std::error_code ignored;  // a missing file has the largest size
+    if (fs::file_size(output / link, ignored) > budget) return render::escaped(link);
     const std::string data = "data:image/png;base64," + base64(read_bytes(output / link));
     if (data.size() > budget) return render::escaped(link);
     budget -= data.size();

@@ -48,9 +48,9 @@ void add_shape(Digest& digest, const Collider& collider) {
 void add_contact(Digest& digest, const Collider& collider) {
   const ContactMaterial& m = collider.material;
   // Digests of approved goldens treat a missing mode as average.
-  const auto stated = [](Combine mode) { return mode == Combine::unstated ? Combine::average : mode; };
-  digest.add(m.static_friction, m.dynamic_friction, m.restitution, stated(m.friction_combine),
-             stated(m.restitution_combine));
+  const auto mode_of = [](Combine mode) { return mode == Combine::unstated ? Combine::average : mode; };
+  digest.add(m.static_friction, m.dynamic_friction, m.restitution, mode_of(m.friction_combine),
+             mode_of(m.restitution_combine));
   digest.add(collider.member, collider.collides_with, collider.in_no_system);
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int largest_frame_count = 100000;
+constexpr int largest_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5", "soft", "avbd"};
 const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",    "size",
@@ -98,18 +98,18 @@ class Reader : private TomlValues {
             std::pair("energy", &limits.energy), std::pair("penetration", &limits.penetration)}) {
         if (const auto* limit = own.get(key)) *value = number(*limit, key);
       }
-      read(own, "resting", 0, largest_frame_count, limits.resting);
+      read(own, "resting", 0, largest_count, limits.resting);
     }
   }
 
   void read_plan(const toml::table& table, Plan& plan) const {
-    read(table, "frames", 1, largest_frame_count, plan.entry.frames);
-    read(table, "full_every", 1, largest_frame_count, plan.entry.full_every);
+    read(table, "frames", 1, largest_count, plan.entry.frames);
+    read(table, "full_every", 1, largest_count, plan.entry.full_every);
     if (const auto* node = table.get("images")) {
       plan.entry.images.clear();
       const bool has_none = node->is_array() && node->as_array()->empty();  // poses alone
       for (const toml::node& frame : has_none ? *node->as_array() : array(*node, "images"))
-        plan.entry.images.push_back(integer(frame, "images", 0, largest_frame_count));
+        plan.entry.images.push_back(integer(frame, "images", 0, largest_count));
       std::ranges::sort(plan.entry.images);
     }
     if (const auto* node = table.get("size")) {
@@ -136,9 +136,10 @@ class Reader : private TomlValues {
     }
   }
 
+  /// Sets the case's settings that the table of [settings] has.
   void apply(const toml::table& table, SuiteCase& result) const {
     const std::vector<std::string_view> keys = settings_keys();
-    // Apply settings in the order of the fields: those of contacts after τ and κ, which set all rows.
+    // Set contact_tau and contact_kappa after τ and κ, which set all rows: the fields have this order.
     for (const std::string_view key : keys) {
       const toml::node* const node = table.get(key);
       if (node == nullptr) continue;
@@ -252,8 +253,8 @@ class Reader : private TomlValues {
 
 }  // namespace
 
-Settings SuiteCase::settings_for(const Scene& of_case) const {
-  const Settings usual = usual_settings(of_case, settings.algorithm);
+Settings SuiteCase::settings_for(const Scene& loaded) const {
+  const Settings usual = usual_settings(loaded, settings.algorithm);
   Settings result = settings;
   for (const std::string_view field : {"step", "substeps", "iterations", "joints"}) {
     if (std::ranges::find(own_settings, field) == own_settings.end()) copy(result, field_named(field), usual);

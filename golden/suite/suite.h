@@ -1,6 +1,5 @@
 #pragma once
-/// The suite file: which scenes are watched, how they are run, and which of their frames are kept as
-/// pictures.
+/// The suite file: the scenes that are checked, their runs, and the frames that are kept as pictures.
 ///
 ///     [defaults]                      # a [[case]] may override each key
 ///     frames = 120                    # steps to run
@@ -20,7 +19,7 @@
 ///
 ///     [[case]]                        # one golden case per algorithm
 ///     scene = "../scenes/box_stack.gltf"    # relative to the suite file
-///     tolerance = { count = 400 }     # what is not named here stays as in [defaults]
+///     tolerance = { count = 400 }     # its other keys stay as in [defaults]
 ///     pose_tolerance = {position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1}
 ///
 ///     [[case]]                        # a run made elsewhere, in place of `algorithms`: one case
@@ -81,7 +80,7 @@ struct SuiteCase {
 
   /// Returns `settings` with the scene's step, sub-steps, iterations and joints where the suite does not set
   /// them.
-  Settings settings_for(const Scene& of_case) const;
+  Settings settings_for(const Scene& loaded) const;
 };
 
 struct Suite {

@@ -146,7 +146,7 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   settings.step = base.step;
   settings.has_reference = !no_reference_;
   settings.reference_substeps = reference_substeps_;
-  // Warn of the reference's cost too: with contacts A1 computes it
+  // Warn of the reference's cost too: with contacts A1 computes it.
   const bool has_a1 = std::ranges::any_of(settings.panels, [](const PanelChoice& panel) {
     return panel.kind == PanelChoice::Kind::algorithm && panel.settings.algorithm == Algorithm::a1;
   });

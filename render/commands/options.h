@@ -15,7 +15,7 @@
 
 namespace substep::render {
 
-/// Returns nothing where the text is no finite number.
+/// Returns the finite number that the text is; nothing for other text.
 std::optional<double> finite_number_in(std::string_view text);
 
 /// Returns a check that an option's number is finite and from `low` to `high`. CLI::Range lets NaN pass.
@@ -29,11 +29,11 @@ double print_width_in(const std::string& text);
 struct ComparisonOptions {
   SceneOptions scene;
   SolverOptions solver;
-  std::string title;  ///< of --title, or after settings() of the --panels file; empty: the scene's name
-  double speed = 1;   ///< s of the scene in a second of film
-  double frame_rate = 30;
+  std::string title;       ///< --title, or after settings() that of --panels; empty: the scene's name
+  double speed = 1;        ///< s of the scene in a second of film
+  double frame_rate = 30;  ///< frames in a second of film
 
-  /// Adds the options of solving, of panels and of time.
+  /// Adds the options of the solver, of panels and of time.
   void add_settings_to(CLI::App& command);
   /// Adds the options of panels, of the reference and of threads.
   void add_panels_to(CLI::App& command);
@@ -61,7 +61,7 @@ void warn_of(const Scene& scene, const Comparison& comparison);
 struct LoadedRun {
   Scene scene;
   PoseLog log;
-  std::string stem;  ///< of the names of files that are made of the run: "box_stack.a3"
+  std::string stem;  ///< beginning of the names of the run's output files: "box_stack.a3"
 };
 
 /// The end of a simulation: a frame, a time, or without both the scene's duration.
@@ -77,7 +77,7 @@ struct RunInput {
   SolverOptions solver;
   SceneOptions mesh;
 
-  /// Adds --scene and the options of solving and of meshes.
+  /// Adds --scene and the options of the solver and of meshes.
   void add_options_to(CLI::App& command);
 
   /// Throws Error when the output is one of the files that are read.

@@ -36,14 +36,14 @@ void make_page(PlayerOptions& options) {
   typed.scene.file = options.scenes.front();
   const Scene scene = typed.scene.load();
   ComparisonSettings settings = typed.settings(scene);
-  settings.readings = player_readings(scene);
+  settings.quantities = player_quantities(scene);
   const fs::path output = options.output.value_or(scene.name + ".html");
   if (output.extension() != ".html") throw Error("{}: give a name that ends in .html", output.string());
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
   Progress progress;
-  const Comparison comparison =
-      simulate_comparison(scene, settings, [&progress](double share) { progress.show("simulating", share); });
+  const Comparison comparison = simulate_comparison(
+      scene, settings, [&progress](double fraction) { progress.show("simulating", fraction); });
   progress.clear();
   const std::string page = player_page(scene, comparison, film_title(scene, typed.title), typed.speed);
   write_file(output, page);
@@ -63,14 +63,14 @@ void make_pages(PlayerOptions& options) {
   site.frame_rate = options.comparison.frame_rate;
   site.speed = options.comparison.speed;
   Progress progress;
-  site.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+  site.progress = [&progress](std::string_view stage, double fraction) { progress.show(stage, fraction); };
   site.load = [&](const fs::path& file) {
     progress.clear();
     return options.comparison.scene.load(file);
   };
   site.comparison = [&options](const Scene& scene) {
     ComparisonSettings settings = options.comparison.settings(scene);
-    settings.readings = player_readings(scene);
+    settings.quantities = player_quantities(scene);
     return settings;
   };
   site.failure = [&progress](const fs::path& scene, std::string_view why) {

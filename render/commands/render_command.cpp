@@ -40,7 +40,7 @@ double time_in(const std::string& text) {
   return time;
 }
 
-/// Returns the last frame that the chosen pictures need.
+/// Returns the end of the run that the chosen pictures need.
 RunEnd last_of(const RenderOptions& options) {
   RunEnd end;
   for (const std::string& text : options.frames) {
@@ -95,7 +95,7 @@ std::vector<int> frames_of(const PoseLog& log, const RenderOptions& options) {
 }
 
 LoadedRun load(const RenderOptions& options, Progress& progress) {
-  if (!options.asks_for_run) {
+  if (!options.has_run_option) {
     if (std::optional<LoadedRun> still = options.run.load_still()) return std::move(*still);
   }
   return options.run.load(last_of(options), progress);
@@ -205,14 +205,14 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
     if (std::ranges::find(before, option) == before.end()) option->group(stills_options);
 }
 
-/// Returns whether sheets, or stills, do without an option that other layouts read.
+/// Returns true where the layout, sheet or stills, ignores an option that other layouts read.
 bool is_unread(const std::string& option, const std::string& layout) {
   if (layout == "stills") return option == "algorithm" || option == "frame" || option == "scene";
   return layout == "sheet" && (option == "frame" || option == "time" || option == "camera" ||
                                option == "scene" || option == "duration");
 }
 
-/// Throws Error where a typed option is for another layout. Stores whether one is for simulated runs.
+/// Throws Error where a typed option is for another layout. Notes in `options` whether one is for runs.
 void check_options(const CLI::App& command, RenderOptions& options) {
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_single_name();
@@ -224,7 +224,7 @@ void check_options(const CLI::App& command, RenderOptions& options) {
     if (is_unread(name, options.layout)) throw Error("--{}: not with --layout {}", name, options.layout);
     const bool is_of_picture =
         name == "inputs" || name == "size" || name == "output" || name == "camera" || name == "layout";
-    options.asks_for_run = options.asks_for_run || !is_of_picture;
+    options.has_run_option = options.has_run_option || !is_of_picture;
   }
 }
 

@@ -16,7 +16,7 @@ struct RenderOptions {
   std::string layout = "frames";              ///< frames, strobe, sheet or stills
   std::vector<std::string> frames;            ///< numbers; without frames and times: the first
   std::vector<std::string> times;             ///< s
-  bool asks_for_run = false;                  ///< whether an option of simulated scenes was typed
+  bool has_run_option = false;                ///< whether an option of simulated scenes was typed
   std::string camera = "scene";
   std::optional<std::string> size;  ///< of one picture
   std::optional<std::filesystem::path> output;

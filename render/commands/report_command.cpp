@@ -91,9 +91,9 @@ void draw_figure(const FigureOptions& options) {
   report::FigureStyle style = options.style;
   if (options.width) style.width = print_width_in(*options.width);
   style.title = !options.no_title;
-  // Leave out the caption in print: documents have their own, and the .txt file has it
+  // Leave out the caption in print: documents have their own, and the .txt file has it.
   style.caption = !options.no_caption && (!options.width || options.caption);
-  // Reject marks that would end the quoted font in gnuplot's script
+  // Reject marks that would end the quoted font in gnuplot's script.
   if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty())
     throw Error("--font '{}': give a font's name", style.font);
   if (style.font != report::FigureStyle().font && !is_installed(style.font))
@@ -231,7 +231,7 @@ void report(const ReportOptions& options) {
   Progress progress;
   progress.show("sweep", 0);
   run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
-            [&](double share) { progress.show("sweep", share); });
+            [&](double fraction) { progress.show("sweep", fraction); });
   report::FigureSource source;
   source.records = merge_sweep(sweep, results);
   progress.clear();
@@ -247,7 +247,7 @@ void report(const ReportOptions& options) {
     }
   }
   const report::Document page =
-      report::make_report(source, [&](double share) { progress.show("drawing", share); });
+      report::make_report(source, [&](double fraction) { progress.show("drawing", fraction); });
   progress.clear();
   for (const report::Document::Block& block : page.blocks) {
     if (block.kind != report::Document::Block::Kind::picture) continue;

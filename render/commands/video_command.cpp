@@ -61,7 +61,7 @@ void make(VideoOptions& options) {
   }
 
   Progress progress;
-  video.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+  video.progress = [&progress](std::string_view stage, double fraction) { progress.show(stage, fraction); };
   const VideoReport report = make_video(scene, video);
   progress.clear();
   print_table(report.comparison, video.comparison.duration);

@@ -22,14 +22,14 @@ class Player {
     try {
       this.painter = new Painter($('pictures'), data);
     } catch (error) {
-      this.say(error.message);
+      this.showMessage(error.message);
     }
-    $('pictures').addEventListener('webglcontextlost', () => this.say('The browser took the pictures’ memory: reload the page.'));
+    $('pictures').addEventListener('webglcontextlost', () => this.showMessage('The browser took the pictures’ memory: reload the page.'));
     new ResizeObserver(() => this.layOut()).observe($('panels'));
     this.layOut();
   }
 
-  say(text) {
+  showMessage(text) {
     append($('panels'), 'p', {id: 'message', textContent: text});
   }
 
@@ -79,12 +79,12 @@ class Player {
         this.camera.orbit(dx, dy);
       }
       fingers.set(event.pointerId, event);
-      this.ask();
+      this.requestDrawing();
     });
     picture.addEventListener('wheel', (event) => {
       event.preventDefault();
       this.camera.zoom(Math.exp(0.0015 * event.deltaY * (event.deltaMode === 1 ? 20 : 1)));
-      this.ask();
+      this.requestDrawing();
     }, {passive: false});
   }
 
@@ -131,7 +131,7 @@ class Player {
     $('strip').value = index;
     this.panels.forEach(({strip}) => strip.show(index));
     this.writeLegend();
-    this.ask();
+    this.requestDrawing();
   }
 
   writeLegend() {
@@ -165,7 +165,7 @@ class Player {
 
   resetCamera() {
     this.camera.reset();
-    this.ask();
+    this.requestDrawing();
   }
 
   help() {
@@ -259,7 +259,7 @@ class Player {
     this.isPlaying = isPlaying;
     $('play').textContent = isPlaying ? '❚❚' : '▶';
     this.startClock();
-    this.ask();
+    this.requestDrawing();
   }
 
   startClock() {
@@ -269,18 +269,18 @@ class Player {
   go(frame) {
     this.frame = Math.max(0, Math.min(this.data.times.length - 1, frame));
     this.startClock();
-    this.ask();
+    this.requestDrawing();
   }
 
   /** Requests a drawing in the browser's next frame. */
-  ask() {
-    if (this.isAsked) return;
-    this.isAsked = true;
+  requestDrawing() {
+    if (this.isRequested) return;
+    this.isRequested = true;
     requestAnimationFrame((now) => {
-      this.isAsked = false;
+      this.isRequested = false;
       if (this.isPlaying) this.advance(now);
       this.draw();
-      if (this.isPlaying) this.ask();
+      if (this.isPlaying) this.requestDrawing();
     });
   }
 
@@ -377,10 +377,10 @@ class Player {
 /** Shows the frame nearest to the time in #t=1.5, s; else plays, unless the reader prefers reduced motion. */
 function begin(player) {
   const {times} = player.data;
-  const asked = parseFloat((/[#&]t=([^&]*)/.exec(location.hash) || [])[1]);
-  if (!isNaN(asked)) {
+  const requested = parseFloat((/[#&]t=([^&]*)/.exec(location.hash) || [])[1]);
+  if (!isNaN(requested)) {
     player.play(false);
-    player.go(times.reduce((best, time, k) => Math.abs(time - asked) < Math.abs(times[best] - asked) ? k : best, 0));
+    player.go(times.reduce((best, time, k) => Math.abs(time - requested) < Math.abs(times[best] - requested) ? k : best, 0));
   } else if (!matchMedia('(prefers-reduced-motion: reduce)').matches) {
     player.play(true);
   }

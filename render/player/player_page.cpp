@@ -202,10 +202,10 @@ Json panels_of(const Comparison& comparison) {
                   {"dash", {dash.drawn, dash.left_out}},
                   {"reference", run.is_reference()},
                   {"errors", rounded(run.errors)},
-                  {"gaps", rounded(run.readings.gaps)},
-                  {"energies", rounded(run.readings.energies)},
-                  {"deepest", rounded(run.readings.deepest)},
-                  {"expected", rounded(run.readings.expected)},
+                  {"gaps", rounded(run.quantities.gaps)},
+                  {"energies", rounded(run.quantities.energies)},
+                  {"deepest", rounded(run.quantities.deepest)},
+                  {"expected", rounded(run.quantities.expected)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
     if (!run.refusal.empty()) panel["refusal"] = run.refusal;
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
@@ -250,16 +250,16 @@ std::string for_page(const Json& json) {
 
 }  // namespace
 
-QuantityChoice player_readings(const Scene& scene) {
-  QuantityChoice readings;
-  readings.gap = !JointGapMeter(scene).is_empty();
-  readings.energy = true;
-  return readings;
+QuantityChoice player_quantities(const Scene& scene) {
+  QuantityChoice quantities;
+  quantities.gap = !JointGapMeter(scene).is_empty();
+  quantities.energy = true;
+  return quantities;
 }
 
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed) {
-  // Quantum of stored positions, m: the largest power of two that is at most 4e-6 of the scene's size
+  // Quantum of stored positions, m: the largest power of two that is at most 4e-6 of the scene's size.
   const double unit = std::exp2(std::floor(std::log2(std::max(size_of(scene), 1e-6) * 4e-6)));
   const StripAxis scale = axis_of(comparison, Strip::error);
   const BodyMesh mesh = gather_body_mesh(scene);

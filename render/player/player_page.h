@@ -8,7 +8,7 @@
 namespace substep::render {
 
 /// Returns the quantities that every page shows: energies and, where the scene has joints, gaps.
-QuantityChoice player_readings(const Scene& scene);
+QuantityChoice player_quantities(const Scene& scene);
 
 /// Returns a page that plays the runs' poses at every film frame, to 4e-6 of the scene's size and 3e-5 rad.
 /// Bodies look as in animated_glb(), with images within ImageLimits. `speed`: at the start, s of the scene

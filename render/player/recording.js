@@ -23,10 +23,10 @@ function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
       for (let k = 0; k < frames; ++k) {
         // Multiply: shifts end at 32 bits.
         let zigzag = 0;
-        let place = 1;
-        for (;; place *= 128) {
+        let weight = 1;
+        for (;; weight *= 128) {
           const byte = bytes[at++];
-          zigzag += (byte & 127) * place;
+          zigzag += (byte & 127) * weight;
           if (byte < 128) break;
         }
         whole += zigzag % 2 ? -(zigzag + 1) / 2 : zigzag / 2;

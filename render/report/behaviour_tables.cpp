@@ -232,7 +232,7 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
   std::set<std::pair<std::string, std::string>> shown;
   for (const BadFigure& worst : figures) {
     const ExpectedFigure& x = worst.figure;
-    // Give one line to all algorithms that miss a figure, with the numbers of the worst
+    // Give one line to all algorithms that miss a figure, with the numbers of the worst.
     if (!shown.emplace(worst.scene, x.name).second) continue;
     std::vector<std::string_view> algorithms;
     int bad = 0;

@@ -64,7 +64,7 @@ std::string to_markdown(const Document& document) {
     } else if (block.kind == Kind::table) {
       text += to_markdown(block.table);
     } else {
-      // Angle brackets allow spaces
+      // Angle brackets allow spaces.
       text += fmt::format("![{}](<{}>)\n", block.text, block.file);
     }
   }

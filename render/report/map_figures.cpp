@@ -1,5 +1,5 @@
-// Maps of the settings with which runs are right: from sweeps over two settings, and from runs made for a
-// map.
+// Draws maps of the settings with which runs are right: from sweeps over two settings, and from runs made
+// for a map.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -68,10 +68,10 @@ Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
   std::vector<Series> series{
       {"error or gap below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", bad_mark}};
   for (const SweepRecord& run : map.runs) {
-    const double miss = error_or_gap_of(run);
-    Series& own = series.at(!run.metrics->bounded ? 2 : miss < 0.01 ? 0 : 1);
+    const double error = error_or_gap_of(run);
+    Series& own = series.at(!run.metrics->bounded ? 2 : error < 0.01 ? 0 : 1);
     own.points.push_back(axes(run.settings));
-    own.values.push_back(miss);
+    own.values.push_back(error);
   }
   std::erase_if(series, [](const Series& one) { return one.points.empty(); });
   return sheet.panels.emplace_back(Panel{.x = std::move(x), .y = std::move(y), .series = std::move(series)});
@@ -108,7 +108,7 @@ Sheet step_map_sheet(const FigureSource& source) {
 Sheet factor_map_sheet(const FigureSource& source) {
   const Axes axes = [](const Settings& s) { return std::array{s.kappa, s.tau}; };
   const auto without = [](Settings s) {
-    // Leave out runs whose contacts have factors of their own
+    // Leave out runs whose contacts have factors of their own.
     if (s.contact_tau == 0 && s.contact_kappa == 0) s.tau = s.kappa = 1;
     return s;
   };

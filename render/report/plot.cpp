@@ -61,13 +61,13 @@ std::string axis_script(char name, const Axis& axis, const std::array<double, 2>
   const char* format = "%g";
   const auto& [low, high] = axis.range.value_or(data);
   if (axis.logarithmic && axis.range && std::floor(std::log10(high)) <= std::ceil(std::log10(low))) {
-    // Name the ends of a range that holds fewer than two powers of ten
+    // Name the ends of a range that holds fewer than two powers of ten.
     if (tics.empty()) tics = fmt::format("({:g}, {:g})", low, high);
   } else if (axis.logarithmic && tics.empty()) {
     const double below = std::floor(std::log10(low));
     const double decades = low < high ? std::ceil(std::log10(high)) - below : 1;
     const double step = std::max(1.0, std::ceil(decades * room / length));
-    // Begin at a power of ten: gnuplot begins at a multiple of the step, such as 200
+    // Begin at a power of ten: gnuplot begins at a multiple of the step, such as 200.
     if (axis.range) tics = fmt::format("1e{:.0f},", step * std::floor(below / step));
     tics += fmt::format("1e{:.0f}", step);
     format = "10^{%T}";
@@ -162,7 +162,7 @@ std::string words_script(const Layout& layout) {
     const LegendEntry& entry = layout.legend[i];
     script += fmt::format("$sample{} << END\n", i);
     for (const double x : {0.0, 0.5 * sample_width, sample_width}) {
-      // Draw a line with its point in the middle, or the point alone
+      // Draw a line with its point in the middle, or the point alone.
       if (entry.style.line || x == 0.5 * sample_width)
         script += fmt::format("{:.3f} {:.3f} {}\n", entry.x + x, entry.y, x == 0.5 * sample_width ? 0.75 : 0);
     }

@@ -49,7 +49,7 @@ void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
   const auto count = static_cast<int>(sheet.panels.size());
   layout.columns = std::min(sheet.columns, count);
   if (is_print) {
-    // Leave each plot room for tics and title, somewhat less where all panels stand in one row
+    // Leave each plot room for tics and title, somewhat less where all panels stand in one row.
     const auto fitting = [&](double least) {
       const double plot = std::max(least, x_title - 2 * right_margin);
       return std::clamp(static_cast<int>(layout.width / (layout.left_margin + plot + right_margin)), 1,
@@ -153,7 +153,7 @@ Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width) {
   if (!style.caption) return layout;
   std::vector<std::string> lines = sheet.caption;
   if (const std::string line = left_out_line(sheet.left_out); !line.empty()) lines.push_back(line);
-  // Join the caption's lines to one paragraph in print
+  // Join the caption's lines to one paragraph in print.
   if (is_print) lines = {fmt::format("{}", fmt::join(lines, " "))};
   for (const std::string& line : lines) {
     std::ranges::move(render::wrapped(line, text_style(caption_size), layout.width - 16),

@@ -13,7 +13,7 @@ namespace substep::report {
 /// Largest number of scenes that get a card each; more scenes share a table.
 inline constexpr std::size_t most_cards = 8;
 
-/// Returns the page with these figures alone, by their names.
+/// Returns the page with only the figures in `pictures`, which has them by name.
 Document report_page(const FigureSource& source, const std::map<std::string, RenderedFigure>& pictures);
 
 /// Returns the page with all figures of the source. `progress` receives the fraction done.

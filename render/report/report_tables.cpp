@@ -67,8 +67,8 @@ double row_rate(const SweepRecord& record) {
   return static_cast<double>(record.metrics->row_solves) / record.duration;
 }
 
-std::string counted(std::size_t number, const char* thing) {
-  return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
+std::string counted(std::size_t number, const char* noun) {
+  return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
 }
 
 bool has_times(const std::vector<SweepRecord>& records) {
@@ -183,7 +183,7 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
       }
       const std::string text =
           fmt::format("{}, {}", error_text(*best[i]), settings_text(*best[i], has_joints(own)));
-      // Mark all errors within 5 % of the best
+      // Mark all errors within 5 % of the best.
       row.push_back(error_or_gap_of(*best[i]) <= 1.05 * error_or_gap_of(*winner) ? fmt::format("**{}**", text)
                                                                                  : text);
     }
@@ -224,7 +224,7 @@ TextTable ahead_table(const std::vector<SweepRecord>& records) {
     const auto has_side = [&own](bool is_ours) {
       return std::ranges::any_of(own, [=](const SweepRecord& run) { return is_timed_side(run, is_ours); });
     };
-    // Turns in place have no distance
+    // Turns in place have no distance.
     if (turns_in_place(own) || !has_side(true) || !has_side(false)) continue;
     for (const double millimetres : {100.0, 30.0, 10.0, 3.0, 1.0}) {
       const SweepRecord* const ours = cheapest_within(own, 1e-3 * millimetres, true);
@@ -240,7 +240,7 @@ TextTable ahead_table(const std::vector<SweepRecord>& records) {
 
 TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out) {
   TextTable table{{"scene", "series", "why"}, {}};
-  // Add a row once, not for each step or figure
+  // Add a row once, not for each step or figure.
   const auto add = [&table](std::vector<std::string> row) {
     if (std::ranges::find(table.rows, row) == table.rows.end()) table.rows.push_back(std::move(row));
   };

@@ -22,7 +22,7 @@ TextTable choice_table(const std::vector<SweepRecord>& own);
 double row_rate(const SweepRecord& record);
 
 /// Returns "1 run" or "2 runs".
-std::string counted(std::size_t number, const char* thing);
+std::string counted(std::size_t number, const char* noun);
 
 /// Returns whether any run was timed.
 bool has_times(const std::vector<SweepRecord>& records);

@@ -109,7 +109,7 @@ Sheet sweep_errors_sheet(const FigureSource& source) {
   Panel panel{.x = {"sweeps", true}, .y = {"natural-map error", true}};
   for (const std::filesystem::path& file : source.problems) {
     const FrozenProblem problem = load_frozen_problem(file);
-    // Take a colour for each of six, then the same colours with other points
+    // Take a colour for each of six, then the same colours with other points.
     constexpr std::array shapes{7, 5};
     const std::size_t number = panel.series.size();
     const SeriesStyle style{.hue = static_cast<int>(number % 6), .shape = shapes.at(number / 6)};

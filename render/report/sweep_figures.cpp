@@ -317,12 +317,12 @@ Sheet order_sheet(const FigureSource& source) {
     return std::ranges::none_of(panel.series, [](const Series& line) { return line.points.size() > 1; });
   });
   for (Panel& panel : sheet.panels) {
-    // Put the triangle below the line of A1, or of the first family
+    // Put the triangle below the line of A1, or of the first family.
     if (panel.series.front().points.size() < 2) continue;
     const auto& points = panel.series.front().points;
     const auto& anchor = points[points.size() / 2];
     panel.triangle = std::array{anchor[0] * 1.3, anchor[1] * 0.12};
-    // Extend the range to whole decades that hold the lines and the triangle
+    // Extend the range to whole decades that hold the lines and the triangle.
     double least = (*panel.triangle)[1];
     double most = least;
     for (const Series& series : panel.series) {

@@ -64,8 +64,8 @@ std::string with_addresses(std::string_view html, std::string_view attribute, co
   }
 }
 
-/// Returns a part of a URL, escaped: "a b" as "a%20b".
-std::string in_address(std::string_view name) {
+/// Encodes a name for a URL: "a b" as "a%20b".
+std::string url_encoded(std::string_view name) {
   std::string result;
   for (const char c : name) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -75,8 +75,8 @@ std::string in_address(std::string_view name) {
   return result;
 }
 
-/// Returns the name that is part of a URL in HTML: "a b&c" of "a%20b&amp;c".
-std::string from_address(std::string_view address) {
+/// Decodes a name in a URL that stands in HTML: "a%20b&amp;c" as "a b&c".
+std::string url_decoded(std::string_view address) {
   std::string name;
   while (!address.empty()) {
     auto byte = static_cast<unsigned char>(address[0]);
@@ -117,7 +117,7 @@ SceneText text_of(const Scene& scene) {
   };
   if (text.rest.starts_with("# ")) text.title = cut_line().substr(2);
   text.rest.erase(0, std::min(text.rest.find_first_not_of('\n'), text.rest.size()));
-  // A paragraph, not a table or a heading.
+  // Take the first paragraph, but no table or heading.
   while (!text.rest.empty() && text.rest[0] != '\n' && text.rest[0] != '|' && text.rest[0] != '#') {
     text.lead += cut_line() + '\n';
   }
@@ -138,15 +138,15 @@ std::string html_of(std::string_view markdown, const std::vector<std::string>& n
     throw std::bad_alloc();
   }
   const auto address = [&](const std::string& given) -> std::string {
-    const fs::path path = from_address(given.substr(0, given.find('#')));
+    const fs::path path = url_decoded(given.substr(0, given.find('#')));
     const bool is_beside = path == path.filename() && path.extension() == ".md";
     if (!is_beside || std::ranges::find(names, path.stem().string()) == names.end()) return "";
-    return "../" + in_address(path.stem().string()) + "/index.html";
+    return "../" + url_encoded(path.stem().string()) + "/index.html";
   };
   return with_addresses(with_addresses(html, "href", address), "src", address);
 }
 
-/// Returns a page of the site. `head`: what its head has beside the title.
+/// Returns a page of the site. `head`: further elements of its head.
 std::string page_of(const std::string& title, std::string_view head, const std::string& body) {
   return filled(embedded::page_html(), {{"title", escaped(title)},
                                         {"head", std::string(head)},
@@ -199,8 +199,8 @@ std::vector<std::string> names_of(const std::vector<fs::path>& scenes) {
   return names;
 }
 
-/// Draws the moment that shows the scene's point, as the reference has it or else the last run that gets
-/// there.
+/// Draws the scene at its poster's time, by default 0.6 of the film, with the poses of the reference or else
+/// of the last run that gets there.
 Image poster_of(const Scene& scene, const Comparison& comparison) {
   const double time = scene.poster.value_or(0.6 * comparison.times.back());
   const auto nearest =
@@ -219,8 +219,8 @@ Image poster_of(const Scene& scene, const Comparison& comparison) {
 std::string make_scene(const SiteSettings& settings, const fs::path& file,
                        const std::vector<std::string>& names, double begun) {
   const std::string name = file.stem().string();
-  const double share = 1.0 / static_cast<double>(names.size());
-  const auto show = [&](double done) { settings.progress(name, begun + share * done); };
+  const double fraction = 1.0 / static_cast<double>(names.size());
+  const auto show = [&](double done) { settings.progress(name, begun + fraction * done); };
   show(0);
   const Scene scene = settings.load(file);
   const ComparisonSettings compared = settings.comparison(scene);
@@ -246,11 +246,11 @@ std::string make_scene(const SiteSettings& settings, const fs::path& file,
   fs::remove_all(folder, failure);
   if (failure) throw Error("{}: {}", folder.string(), failure.message());
   whole.publish();
-  const std::string place = in_address(name);
+  const std::string address = url_encoded(name);
   return fmt::format(
       "<li><a href=\"{0}/index.html\"><img src=\"{0}/poster.png\" width=\"640\" height=\"360\" alt=\"\" "
       "loading=\"lazy\">{1}</a>{2}</li>\n",
-      place, escaped(text.title), html_of(text.lead, {}));
+      address, escaped(text.title), html_of(text.lead, {}));
 }
 
 }  // namespace

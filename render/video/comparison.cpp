@@ -70,7 +70,7 @@ struct ComparisonContext {
   const Scene& scene;
   const ComparisonSettings& settings;
   const std::function<void(double)>& progress;
-  QuantityChoice readings{};  ///< while the runs are simulated
+  QuantityChoice quantities{};  ///< while the runs are simulated
   std::vector<PoseLog> logs{};
   std::vector<FrameClock> clocks{};  ///< the reference's, then the runs'
   Tally tally{};
@@ -121,13 +121,13 @@ void settle_reference(ComparisonContext& work) {
 void simulate_reference_runs(ComparisonContext& work) {
   work.substeps = work.settings.reference_substeps;
   const auto simulate_both = [&] {
-    // Begin with the longer one
+    // Begin with the longer one.
     work.run_jobs({[&work] { work.fine = attempt(work, work.substeps); },
                    [&work] { work.coarse = attempt(work, work.substeps / 2); }});
   };
   simulate_both();
   if (!work.is_smooth || !(std::isfinite(work.fine.ended) || std::isfinite(work.coarse.ended))) return;
-  // Use A1 where the integrator ends, which is where constraints depend on one another
+  // Use A1 where the integrator ends, which is where constraints depend on one another.
   work.is_smooth = false;
   simulate_both();
 }
@@ -147,18 +147,18 @@ void simulate_all(ComparisonContext& work, std::vector<Run>& runs) {
     const FrameClock& own = work.clocks[i + 1];
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
-      take_frames(work.scene, work.logs[i], own, work.readings, run);
+      take_frames(work.scene, work.logs[i], own, work.quantities, run);
       continue;
     }
     if (run.panel.kind == PanelChoice::Kind::engine) {
       std::shared_ptr<Stepper> stepper = engine_stepper(work.scene, settings.duration, run);
       if (!stepper) continue;
       jobs.emplace_back([&work, &own, &run, stepper] {
-        simulate_engine(work.scene, own, work.readings, *stepper, run, work.tally);
+        simulate_engine(work.scene, own, work.quantities, *stepper, run, work.tally);
       });
     } else {
       jobs.emplace_back(
-          [&work, &own, &run] { simulate_algorithm(work.scene, own, work.readings, run, work.tally); });
+          [&work, &own, &run] { simulate_algorithm(work.scene, own, work.quantities, run, work.tally); });
     }
     work.total += own.steps.back();
   }
@@ -194,9 +194,9 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  ComparisonContext work{scene, settings, progress, settings.readings};
-  // Read the expected quantity at every step: it can become the strip's, which is chosen after the runs
-  if (!work.readings.expected) work.readings.expected = expectation_of_poses(scene);
+  ComparisonContext work{scene, settings, progress, settings.quantities};
+  // Read the expected quantity at every step: it can become the strip's, which is chosen after the runs.
+  if (!work.quantities.expected) work.quantities.expected = expectation_of_poses(scene);
   comparison.runs = runs_of(scene, settings, work.logs);
   comparison.times = frame_times(settings);
   std::vector<double> steps{settings.step};
@@ -205,24 +205,24 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   work.is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
   simulate_all(work, comparison.runs);
 
-  // Measure at kept steps, then interpolate at frames
+  // Measure at kept steps, then interpolate at frames.
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) comparison.reference = made_reference(work);
-  QuantityChoice readings = settings.readings;
+  QuantityChoice quantities = settings.quantities;
   if (comparison.reference) {
     comparison.strip = usual_strip(scene, 2 * comparison.reference->known >= clock.steps.size());
-    readings.add(*comparison.strip, scene);
+    quantities.add(*comparison.strip, scene);
   }
-  comparison.expected = readings.expected;
+  comparison.expected = quantities.expected;
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     Run& run = comparison.runs[i];
     if (run.is_reference() || !run.refusal.empty()) continue;
     jobs.emplace_back([&, own = &work.clocks[i + 1], to = &run] {
       if (comparison.reference) measure_from(scene, *comparison.reference, *to);
-      if (!readings.expected) to->readings.expected.clear();
-      read_poses(scene, readings, *to);
-      spread(*own, settings.frame_interval, readings, *to);
+      if (!quantities.expected) to->quantities.expected.clear();
+      read_poses(scene, quantities, *to);
+      spread(*own, settings.frame_interval, quantities, *to);
     });
   }
   work.run_jobs(jobs);

@@ -40,7 +40,7 @@ struct ComparisonSettings {
   double frame_interval = 1.0 / 30;  ///< s of the scene's time between frames
   bool has_reference = true;         ///< true: simulate a reference and measure errors
   int reference_substeps = 16;       ///< largest number of reference steps in one `step`
-  QuantityChoice readings;
+  QuantityChoice quantities;
   int threads = 2;
   ReferenceCache cache;  ///< of the reference's two runs; valid for a scene that equals its files
 };
@@ -64,7 +64,7 @@ struct Run {
   /// over the dynamic bodies, m, of each film frame at which the reference is known.
   std::vector<double> errors;
   double rms_error = 0;  ///< over `errors`, m
-  FrameQuantities readings;
+  FrameQuantities quantities;
   std::int64_t row_solves = 0;
   double cpu_time = 0;                ///< of the steps, s; varies; not of logs
   double simulated = 0;               ///< time that these steps simulate, s

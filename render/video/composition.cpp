@@ -120,7 +120,7 @@ void Composition::lay_out() {
   picture_height_ = panel_height - header - strips;
   if (narrowest < 40 || picture_height_ < 24)
     throw Error("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count);
-  // Leave out the axes in narrow panels, where their names would take the curve's room
+  // Leave out the axes in narrow panels, where their names would take the curve's room.
   for (const Strip kind : strips_)
     axis_width_ = std::max(axis_width_, painter_.axis_width(axis_of(comparison_, kind)));
   painter_.has_axis = narrowest > axis_width_ + 10.5 * painter_.text_size(14);
@@ -140,7 +140,7 @@ void Composition::lay_out() {
 void Composition::lay_out_strips(Panel& panel, int y, int height) const {
   const int x = panel.picture.x;
   const int width = panel.picture.width;
-  // Leave room for the axis at the left and for the value at the right
+  // Leave room for the axis at the left and for the value at the right.
   const int left =
       painter_.has_axis ? static_cast<int>(axis_width_ + std::max(5.0, 8 * scale_)) : scaled(6, 4);
   const int right = std::clamp(static_cast<int>(0.33 * width), 52, scaled(126, 60));
@@ -164,7 +164,7 @@ void Composition::lay_out_key(const std::vector<KeyEntry>& key) {
   shrink(key_style_.size, 0.97, 9, [&] { return width_of(key.begin(), key.end()) <= width; });
   double room = 0;
   for (auto begin = key.begin(); begin != key.end();) {
-    // Keep an item's entries on one line: its last one ends in two spaces
+    // Keep an item's entries on one line: its last one ends in two spaces.
     const auto ends = [](const KeyEntry& entry) { return entry.first.ends_with("  "); };
     const auto last = std::find_if(begin, key.end(), ends);
     const auto end = last == key.end() ? last : last + 1;
@@ -255,7 +255,7 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
   if (!has_count()) return;
-  // Place the count by the longest time of the film, so that it stands still
+  // Place the count by the longest time of the film, so that it stands still.
   const double column = text_width(fmt::format("{:.2f} s", comparison_.times.back()), bold) + 16 * scale_;
   draw_text(image, right - column - text_width(count, count_style_), base, count, count_style_);
 }

@@ -70,7 +70,7 @@ std::vector<std::string> film_output(Container container) {
   };
   const bool is_video = container == Container::mp4 || container == Container::webm;
   if (is_video) {
-    // Convert colours with the same bytes on every machine, to the matrix that players assume
+    // Convert colours with the same bytes on every machine, to the matrix that players assume.
     add({"-vf",
          "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact+full_chroma_int,format="
          "yuv420p",
@@ -85,7 +85,7 @@ std::vector<std::string> film_output(Container container) {
            "-b:v", "0"});
       break;
     case Container::gif:
-      // Use a palette for each frame: one for the film would keep all frames in memory
+      // Use a palette for each frame: one for the film would keep all frames in memory.
       add({"-filter_complex",
            "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=dither=none:new=1", "-loop",
            "0"});
@@ -97,7 +97,7 @@ std::vector<std::string> film_output(Container container) {
   if (is_video) {
     add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"});
   }
-  // Remove the message that tells how many threads wrote the file
+  // Remove the message that tells how many threads wrote the file.
   if (container == Container::mp4) add({"-bsf:v", "filter_units=remove_types=6"});
   add({"-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1"});
   if (container == Container::mp4) add({"-movflags", "+faststart"});
@@ -126,7 +126,7 @@ Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& argument
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
     throw Error("{}: cannot be started: {}", program.string(), std::strerror(errno));
-  // Write without waiting, so that a stalled pipe times out
+  // Write without waiting, so that a stalled pipe times out.
   ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -206,7 +206,7 @@ std::string Ffmpeg::finish() {
 }
 
 void require_whole_film(const fs::path& program, const fs::path& film, int frames) {
-  // List one line for each packet, and comments
+  // List one line for each packet, and comments.
   Ffmpeg reader(program,
                 {"-i", "file:" + film.string(), "-map", "0:v:0", "-c", "copy", "-f", "framecrc", "pipe:1"});
   std::istringstream list(reader.finish());

@@ -24,9 +24,9 @@ int body_named(const std::string& name, const Scene& scene) {
   throw Error("--camera follow:{}: {} has no such body: {}", name, scene.name, known);
 }
 
-/// Returns a camera of the scene by the name of its node or its own. Throws Error.
+/// Returns the scene's camera that has this name, or whose node has it. Throws Error.
 Camera scene_camera(const std::string& name, const Scene& scene) {
-  // Prefer nodes' names, which differ; cameras may share one
+  // Prefer nodes' names, which differ; cameras may share one.
   for (const auto member : {&NamedCamera::node, &NamedCamera::camera}) {
     const auto found = std::ranges::find(scene.cameras, name, member);
     if (found != scene.cameras.end()) return found->view;
@@ -120,11 +120,11 @@ std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comp
     double& reach = reaches.emplace_back(0);
     for (const std::vector<Coordinates>& poses : run.poses) reach = std::max(reach, farthest(middle, poses));
   }
-  // Allow 1.1 of the runs' lower median distance, and at least 0.65 of the scene's size
+  // Allow 1.1 of the runs' lower median distance, and at least 0.65 of the scene's size.
   std::ranges::sort(reaches);
   const double calm = reaches.empty() ? 0 : reaches[(reaches.size() - 1) / 2];
   const double most = std::max(1.1 * calm, 0.65 * size_of(scene));
-  // Add 100 to 200 frames of a run, or all of a shorter one, until a body leaves that distance
+  // Add 100 to 200 frames of a run, or all of a shorter one, until a body leaves that distance.
   const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
   for (const Run& run : comparison.runs) {
     for (std::size_t k = 0; k < run.poses.size(); k += stride) {

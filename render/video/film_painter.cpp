@@ -23,7 +23,7 @@ std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_
   if (run.poses.empty()) return initial_state(scene).q;
   std::vector<Coordinates> poses = run.poses[std::min(k, run.poses.size() - 1)];
   for (Coordinates& pose : poses) {
-    // Clamp bodies far beyond sight, which would overflow the renderer's single precision
+    // Clamp bodies far beyond sight, which would overflow the renderer's single precision.
     constexpr double far = 1e5;
     pose.linear = pose.linear.cwiseMax(-far).cwiseMin(far);
   }
@@ -39,13 +39,13 @@ class PanelPainter {
     std::vector<Coordinates> last = poses_at(film.scene, run(), 0);
     for (std::size_t k = 1; k < film.comparison.times.size(); ++k) {
       std::vector<Coordinates> poses = poses_at(film.scene, run(), k);
-      renderer_->look(view(k));
+      renderer_->change_view(view(k));
       constexpr double unseen = 0.02;  // pixels
       const bool moves = view(k) != view(shown_frames_.back()) || renderer_->moves_by(unseen, last, poses);
       shown_frames_.push_back(moves ? k : shown_frames_.back());
       if (moves) last = std::move(poses);
     }
-    renderer_->look(still_);
+    renderer_->change_view(still_);
   }
 
   /// Returns the picture at film frame k, with its overlays.
@@ -53,7 +53,7 @@ class PanelPainter {
     const VideoSettings& settings = film_.settings;
     const Comparison& comparison = film_.comparison;
     const std::vector<Coordinates> poses = poses_at(film_.scene, run(), shown_frames_[k]);
-    renderer_->look(view(k));
+    renderer_->change_view(view(k));
     if (drawn_ != shown_frames_[k]) drawn_picture_ = renderer_->draw(poses);
     drawn_ = shown_frames_[k];
     const std::optional<Divergence>& divergence = film_.divergences[index_];
@@ -112,7 +112,7 @@ using Painter = std::function<Image(int k)>;
 
 /// Returns a painter of film frames, for one thread: an OpenGL context belongs to one.
 Painter make_painter(const Film& film, const Composition& composition, int every) {
-  // Share a renderer among panels of one width
+  // Share a renderer among panels of one width.
   std::map<int, std::shared_ptr<Renderer>> renderers;
   auto panels = std::make_shared<std::vector<PanelPainter>>();
   for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
@@ -121,7 +121,7 @@ Painter make_painter(const Film& film, const Composition& composition, int every
                                   .steps_back = !film.settings.camera.named};
     std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
     if (!renderer) {
-      // Leave the way of a followed body to the camera's motion
+      // Leave the way of a followed body to the camera's motion.
       std::vector<std::vector<Coordinates>> held{initial_state(film.scene).q};
       if (film.settings.camera.follows == world_body) held = seen_frames(film.scene, film.comparison);
       renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures, held);
@@ -164,19 +164,19 @@ void paint_frames(const Film& film, int width, int height, int every,
   std::condition_variable changed;
   int next = 0;   // the first frame that no worker has
   int taken = 0;  // number of frames that `take` has received
-  // Return the next frame, once it is at most a few after the last one taken; `count` at the end
+  // Return the next frame, once it is at most a few after the last one taken; `count` at the end.
   const auto claim = [&] {
     std::unique_lock lock(mutex);
     changed.wait(lock, [&] { return next >= count || next < taken + 4 * threads; });
     return std::min(next++, count);
   };
-  // Set `next` or `taken`, and wake the workers that wait for it
+  // Set `next` or `taken`, and wake the workers that wait for it.
   const auto set = [&](int& number, int value) {
     const std::lock_guard lock(mutex);
     number = value;
     changed.notify_all();
   };
-  // Paint frames until there are no more
+  // Paint frames until there are no more.
   const auto work = [&] {
     Painter paint;
     for (int k = claim(); k < count; k = claim()) {

@@ -76,7 +76,7 @@ Color tint_of(double value, const OverlayScales& scales) {
 /// Returns the quantity that colours each body at the frame; nothing where it is not known.
 std::vector<double> tint_values(const Overlays& overlays, const OverlayFrame& frame) {
   std::vector<double> values;
-  const FrameQuantities& readings = frame.run.readings;
+  const FrameQuantities& quantities = frame.run.quantities;
   if (overlays.tint == Overlays::Tint::error) {
     if (frame.reference == nullptr || frame.k >= frame.run.errors.size()) return values;
     const std::vector<Coordinates>& poses = at_frame(frame.run.poses, frame.k);
@@ -85,7 +85,7 @@ std::vector<double> tint_values(const Overlays& overlays, const OverlayFrame& fr
           squared_distance(frame.scene.bodies[body], poses[body], frame.reference->poses[frame.k][body])));
     }
   } else if (overlays.tint != Overlays::Tint::none) {
-    const auto& frames = overlays.tint == Overlays::Tint::speed ? readings.speeds : readings.depths;
+    const auto& frames = overlays.tint == Overlays::Tint::speed ? quantities.speeds : quantities.depths;
     if (!frames.empty()) values.assign(at_frame(frames, frame.k).begin(), at_frame(frames, frame.k).end());
   }
   return values;
@@ -99,7 +99,7 @@ void draw_tint(Image& picture, const std::vector<double>& values, const OverlayF
     for (int x = 0; x < picture.width; ++x) {
       const int body = body_at(*frame.bodies, x, y);
       if (!moves(frame.scene, body)) continue;
-      // Keep the shading and replace the colour
+      // Keep the shading and replace the colour.
       std::uint8_t* const p = picture.pixel(x, y);
       const int light = 100 + (p[0] + p[1] + p[2]) / 3;
       for (std::size_t c = 0; c < 3; ++c) {
@@ -166,8 +166,8 @@ void draw_joints(Image& picture, const OverlayFrame& frame) {
     if (is_open) draw_line(picture, *a, *b, 0.5 * dot, gap_color);
     for (const auto& at : {*a, *b}) draw_dot(picture, at, dot, is_open ? gap_color : white);
   }
-  // Write the gap that was read: poses between two steps are interpolated, and open further
-  const std::vector<double>& gaps = frame.run.readings.gaps;
+  // Write the gap that was read: poses between two steps are interpolated, and open further.
+  const std::vector<double>& gaps = frame.run.quantities.gaps;
   if (gaps.empty()) return;
   const TextStyle style = label_style(picture);
   const std::string text = fmt::format("gap {}", length_label(at_frame(gaps, frame.k)));
@@ -214,7 +214,7 @@ void draw_impulse_scale(Image& picture, const OverlayFrame& frame, double width)
 }
 
 void draw_contacts(Image& picture, const OverlayFrame& frame) {
-  const auto& contacts = frame.run.readings.contacts;
+  const auto& contacts = frame.run.quantities.contacts;
   if (contacts.empty()) return;
   const double width = std::max(1.5, picture.height / 180.0);
   const double dot = std::max(3.0, picture.height / 80.0);
@@ -253,7 +253,7 @@ void draw_divergence(Image& picture, int diverged, const OverlayFrame& frame) {
   const auto index = static_cast<std::size_t>(diverged);
   const Coordinates& pose = at_frame(frame.run.poses, frame.k)[index];
   const Vector3& position = pose.linear;
-  // Draw a ring of the body's apparent size, by its moments of inertia
+  // Draw a ring of the body's apparent size, by its moments of inertia.
   const Body& body = frame.scene.bodies[index];
   const double inertia = body.inverse_inertia.minCoeff() > 0 ? 1 / body.inverse_inertia.minCoeff() : 0;
   const double size = 1.8 * std::sqrt(inertia * body.inverse_mass) + 0.02;
@@ -273,7 +273,7 @@ void draw_divergence(Image& picture, int diverged, const OverlayFrame& frame) {
                 {x + radius * to.cosine, y + radius * to.sine}, wide, color);
     }
   }
-  // Write the distance below the ring, or above where there is no room
+  // Write the distance below the ring, or above where there is no room.
   TextStyle style{.size = std::max(11.0, picture.height / 18.0), .color = white, .bold = true};
   const double distance = std::sqrt(squared_distance(body, pose, frame.reference->poses[frame.k][index]));
   const std::string text = fmt::format("{} off", length_label(distance));

@@ -29,7 +29,7 @@ std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
                               std::vector<std::vector<float>> FrameQuantities::*series) {
   std::vector<double> values;
   for (const Run& run : comparison.runs) {
-    for (const std::vector<float>& frame : run.readings.*series) {
+    for (const std::vector<float>& frame : run.quantities.*series) {
       for (std::size_t body = 1; body < frame.size(); ++body) {
         if (scene.bodies[body].inverse_mass > 0 && frame[body] > 0 && std::isfinite(frame[body]))
           values.push_back(frame[body]);
@@ -103,13 +103,13 @@ OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const 
   }
   std::vector<double> impulses;
   for (const Run& run : comparison.runs) {
-    for (const auto& contacts : run.readings.contacts) {
+    for (const auto& contacts : run.quantities.contacts) {
       for (const ContactImpulse& contact : contacts) {
         if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
       }
     }
   }
-  // Draw a large impulse about a tenth of the scene long, with a round number of newton seconds in a metre
+  // Draw a large impulse about a tenth of the scene long, with a round number of newton seconds in a metre.
   const double large = quantile(impulses, 0.9);
   if (large > 0) scales.metres_per_impulse = 1 / rounded_out(large / (0.1 * size_of(scene)));
   return scales;

@@ -88,11 +88,11 @@ PoseReader expected_reader(const Scene& scene, const QuantityChoice& choice) {
 void keep_state(const Scene& scene, const QuantityChoice& choice, const State& state,
                 const PoseReader& expected, Run& run) {
   run.poses.push_back(state.q);
-  if (expected) run.readings.expected.push_back(expected(state.q));
+  if (expected) run.quantities.expected.push_back(expected(state.q));
   if (state.v.empty()) return;
-  if (choice.energy) run.readings.energies.push_back(energy(scene, state));
+  if (choice.energy) run.quantities.energies.push_back(energy(scene, state));
   if (choice.speeds) {
-    std::vector<float>& speeds = run.readings.speeds.emplace_back();
+    std::vector<float>& speeds = run.quantities.speeds.emplace_back();
     for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
   }
 }
@@ -108,7 +108,7 @@ void read_speeds(Run& run, double interval) {
   for (std::size_t k = 0; k < run.poses.size(); ++k) {
     const std::size_t from = k == 0 ? 0 : k - 1;
     const std::size_t to = std::min(from + 1, run.poses.size() - 1);
-    std::vector<float>& speeds = run.readings.speeds.emplace_back();
+    std::vector<float>& speeds = run.quantities.speeds.emplace_back();
     for (std::size_t body = 0; body < run.poses[k].size(); ++body) {
       const double distance = (run.poses[to][body].linear - run.poses[from][body].linear).norm();
       speeds.push_back(static_cast<float>(distance / interval));
@@ -189,7 +189,7 @@ void simulate_algorithm(const Scene& scene, const FrameClock& clock, const Quant
   const auto keep = [&] {
     keep_state(scene, choice, state, expected, run);
     invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
-    if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
+    if (choice.contacts) run.quantities.contacts.push_back(simulation.contact_impulses());
   };
   if (!keep_steps(clock, 1, tally, steps, step, keep)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
@@ -260,33 +260,33 @@ void take_frames(const Scene& scene, const PoseLog& log, const FrameClock& clock
 void read_poses(const Scene& scene, const QuantityChoice& choice, Run& run) {
   State state = initial_state(scene);
   state.contacts.clear();
-  FrameQuantities& readings = run.readings;
+  FrameQuantities& quantities = run.quantities;
   const double start = energy(scene, state);
-  for (double& value : readings.energies) value -= start;
+  for (double& value : quantities.energies) value -= start;
   const JointGapMeter joints(scene);
   std::unique_ptr<PenetrationMeter> meter;
   if (choice.depths || choice.deepest) meter = std::make_unique<PenetrationMeter>(scene);
   if (!choice.gap && !meter) return;
   for (const std::vector<Coordinates>& poses : run.poses) {
     state.q = poses;
-    if (choice.gap) readings.gaps.push_back(joints.gap(state));
+    if (choice.gap) quantities.gaps.push_back(joints.gap(state));
     if (!meter) continue;
     const std::vector<double> depths = meter->depths(state);
-    if (choice.deepest) readings.deepest.push_back(std::ranges::max(depths));
-    if (choice.depths) readings.depths.emplace_back(depths.begin(), depths.end());
+    if (choice.deepest) quantities.deepest.push_back(std::ranges::max(depths));
+    if (choice.depths) quantities.depths.emplace_back(depths.begin(), depths.end());
   }
 }
 
 void spread(const FrameClock& clock, double interval, const QuantityChoice& choice, Run& run) {
-  FrameQuantities& readings = run.readings;
+  FrameQuantities& quantities = run.quantities;
   spread(clock, run.poses);
   for (auto* const series :
-       {&run.errors, &readings.gaps, &readings.energies, &readings.deepest, &readings.expected})
+       {&run.errors, &quantities.gaps, &quantities.energies, &quantities.deepest, &quantities.expected})
     spread(clock, *series);
-  spread(clock, readings.depths);
-  spread(clock, readings.speeds);
-  spread(clock, readings.contacts);
-  if (choice.speeds && readings.speeds.empty()) read_speeds(run, interval);
+  spread(clock, quantities.depths);
+  spread(clock, quantities.speeds);
+  spread(clock, quantities.contacts);
+  if (choice.speeds && quantities.speeds.empty()) read_speeds(run, interval);
   double squares = 0;
   for (const double error : run.errors) squares += error * error;
   run.rms_error = run.errors.empty() ? 0 : std::sqrt(squares / static_cast<double>(run.errors.size()));

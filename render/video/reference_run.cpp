@@ -105,14 +105,14 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   while (reference.known < both) {
     const std::size_t k = reference.known;
     const double difference = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
-    // Count a NaN as diverged
+    // Count a NaN as diverged.
     if (!(difference <= most)) break;
     if (times[k] + 1e-9 >= fine.unsolved) break;
     reference.uncertainty.push_back(difference);
     ++reference.known;
   }
   if (reference.known == times.size()) return reference;
-  // Drop the start, at which all runs are equal
+  // Drop the start, at which all runs are equal.
   if (reference.known == 1) {
     reference.known = 0;
     reference.uncertainty.clear();

@@ -23,7 +23,7 @@ struct StripKind {
   std::vector<double> FrameQuantities::*values;
 };
 
-/// Returns the kind of a strip. Errors are not among a run's readings.
+/// Returns the kind of a strip. Errors are not among a run's quantities.
 const StripKind& kind_of(Strip strip) {
   static constexpr std::array<StripKind, 5> kinds{
       {{"error", "", nullptr},
@@ -79,7 +79,7 @@ void draw_grid(const StripPainter& painter, Image& image, const StripBox& strip)
   if (!axis.is_logarithmic) {
     for (const double value : {axis.low, axis.high, axis.mark}) {
       const double y = plot_y(strip, value);
-      // Label the mark alone where it is near an end: curves are read against the mark
+      // Label the mark alone where it is near an end: curves are read against the mark.
       const bool is_labelled = value == axis.mark || std::abs(y - plot_y(strip, axis.mark)) > style.size;
       draw_level(y, value == axis.mark ? quiet : grid, is_labelled ? axis.label(value) : "", 0);
     }
@@ -88,7 +88,7 @@ void draw_grid(const StripPainter& painter, Image& image, const StripBox& strip)
     for (int decade = 0; decade <= decades; ++decade) {
       constexpr std::array<const char*, 10> names{"1 µm",  "10 µm", "0.1 mm", "1 mm",  "1 cm",
                                                   "10 cm", "1 m",   "10 m",   "100 m", "1 km"};
-      // Label the top and the bottom alone, for want of room
+      // Label the top and the bottom alone, for want of room.
       const bool is_end = decade == 0 || decade == decades;
       draw_level(plot.y + plot.height * (1 - static_cast<double>(decade) / decades), grid,
                  is_end ? names.at(static_cast<std::size_t>(axis.lower + decade + 6)) : "",
@@ -247,7 +247,7 @@ Dash dash_of(std::size_t run) {
 }
 
 const std::vector<double>& series_of(const Run& run, Strip strip) {
-  return strip == Strip::error ? run.errors : run.readings.*kind_of(strip).values;
+  return strip == Strip::error ? run.errors : run.quantities.*kind_of(strip).values;
 }
 
 double rounded_out(double value) {
@@ -298,7 +298,7 @@ StripAxis axis_of(const Comparison& comparison, Strip strip) {
   const double most = calm > 1e-6 ? 5 * calm : 1e9;
   double low = values.empty() ? -1 : rounded_out(std::clamp(values.front(), -most, 0.0));
   double high = values.empty() ? 1 : rounded_out(std::clamp(values.back(), 0.0, most));
-  // Leave room for the line of the mark
+  // Leave room for the line of the mark.
   const double span = high - low;
   if (!(span > 0)) {
     low = -1;
@@ -342,7 +342,7 @@ void StripPainter::draw(Image& image, const StripBox& strip, std::size_t run, st
   const Run& shown = comparison.runs[run];
   const double cursor = plot_x(*this, strip, k);
   draw_line(image, cursor, plot.y, cursor, plot.y + plot.height, std::max(1.0, scale), bright, 0.45);
-  // Compare all other runs in the reference's strip, which has no error
+  // Compare all other runs in the reference's strip, which has no error.
   if (shown.is_reference()) {
     for (std::size_t other = 0; other < comparison.runs.size(); ++other) {
       draw_curve(*this, image, strip, other, k, accent(comparison.runs[other].panel), true);
@@ -359,7 +359,7 @@ void StripPainter::draw(Image& image, const StripBox& strip, std::size_t run, st
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale)));
   fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
                  static_cast<int>(std::lround(plot_y(strip, values[k]) - 0.5 * dot)), dot, dot, color);
-  // Write the value, in the size at which the longest possible one fits: the same in all panels
+  // Write the value, in the size at which the longest possible one fits: the same in all panels.
   const std::string value = strip.kind == Strip::error
                                 ? error_label(values[k], comparison.reference->uncertainty[k])
                                 : strip.axis.label(values[k]);

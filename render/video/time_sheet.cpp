@@ -106,8 +106,8 @@ Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
   comparison.start = 0;
   comparison.duration = settings.times.back() + 0.5 * comparison.step;
   comparison.frame_interval = comparison.step;
-  return simulate_comparison(scene, comparison, [&](double share) {
-    if (settings.progress) settings.progress("simulating", share);
+  return simulate_comparison(scene, comparison, [&](double fraction) {
+    if (settings.progress) settings.progress("simulating", fraction);
   });
 }
 
@@ -150,7 +150,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   std::vector<std::size_t> frames;
   for (const double time : settings.times)
     frames.push_back(static_cast<std::size_t>(std::lround(time / settings.comparison.step)));
-  // Make a renderer for each width of pictures, whose camera holds what a film's would
+  // Make a renderer for each width of pictures; its camera sees the frames that a film's camera sees.
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   std::map<int, Renderer> renderers;
   for (std::size_t run = 0; run < runs; ++run) {

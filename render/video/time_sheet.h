@@ -22,7 +22,7 @@ struct TimeSheetSettings {
   double text = 16;   ///< size, pixels
   FilmCamera camera;  ///< one that does not move
   /// Receives the current task and the fraction done; may be empty.
-  std::function<void(std::string_view stage, double share)> progress;
+  std::function<void(std::string_view stage, double fraction)> progress;
 };
 
 /// Returns the gap between pictures, pixels.

@@ -65,8 +65,8 @@ std::vector<Item> items_of(const PanelChoice& panel) {
   return items;
 }
 
-/// Returns a few words on an algorithm, for readers who do not know the report.
-std::string words_on(const PanelChoice& panel) {
+/// Describes an algorithm in few words, for readers who do not know the report.
+std::string summary_of(const PanelChoice& panel) {
   if (panel.kind == PanelChoice::Kind::log) return panel.author.empty() ? "finished run" : "";
   if (panel.kind != PanelChoice::Kind::algorithm) return "";
   switch (panel.settings.algorithm) {
@@ -104,8 +104,8 @@ Color mixed(const Color& color, const Color& below, int percent) {
   return result;
 }
 
-/// Returns one of seven shades of an ink: 0 is the ink itself, odd ones are mixed with `away`, even ones with
-/// grey.
+/// Returns one of seven shades of a colour: 0 is the colour itself, odd ones are mixed with `away`, even ones
+/// with grey.
 Color shaded(const char* ink, int shade, const Color& away) {
   constexpr Color grey{100, 104, 112};
   constexpr std::array percents{100, 45, 50, 72, 75, 22, 28};
@@ -181,6 +181,7 @@ Titles titles_of(const std::vector<Run>& runs) {
   }
   const auto with_items =
       std::ranges::count_if(items, [](const std::vector<Item>& list) { return !list.empty(); });
+  // Sort the settings into those that differ between panels and those for the legend.
   std::vector<std::string> shared;
   std::set<std::string> differing;
   for (const std::string& key : keys) {
@@ -196,7 +197,7 @@ Titles titles_of(const std::vector<Run>& runs) {
     bool is_missing = false;
     for (std::size_t i = 0; i < runs.size(); ++i)
       is_missing = is_missing || is_left_out(runs[i].panel, *field, items[i]);
-    // A number of sub-steps or iterations that only one of several panels has belongs in its title
+    // Put a number of sub-steps or iterations that only one of several panels has into its title.
     const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
     if (is_alone || is_missing || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
       differing.insert(key);
@@ -204,6 +205,7 @@ Titles titles_of(const std::vector<Run>& runs) {
       shared.push_back(values.front());
     }
   }
+  // Move the step's rate to the legend's end.
   std::stable_partition(shared.begin(), shared.end(),
                         [](const std::string& words) { return !words.ends_with(" Hz"); });
   Titles titles;
@@ -214,8 +216,8 @@ Titles titles_of(const std::vector<Run>& runs) {
       if (differing.contains(item.key)) own.push_back(item.words);
     }
     const std::string& given = runs[i].panel.title;
-    const std::string words = own.empty() ? words_on(runs[i].panel) : fmt::format("{}", fmt::join(own, ", "));
-    titles.words.push_back(given.empty() ? words : given);
+    const std::string words = fmt::format("{}", fmt::join(own, ", "));
+    titles.words.push_back(!given.empty() ? given : own.empty() ? summary_of(runs[i].panel) : words);
   }
   return titles;
 }

@@ -44,7 +44,7 @@ class FrameFolder {
   void publish() {
     std::error_code failure;
     if (fs::exists(folder_, failure)) {
-      // Check again: much time may have passed
+      // Check again: much time may have passed.
       refuse_other_files();
       fs::remove_all(folder_, failure);
     }
@@ -124,7 +124,7 @@ void make_loop(const Film& film, const fs::path& program) {
         "split[a][b];[a]palettegen=max_colors={}:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode="
         "rectangle",
         colors);
-    // Loop for ever (-loop 0), with the last frame for a second (-final_delay 100)
+    // Loop for ever (-loop 0), with the last frame for a second (-final_delay 100).
     FilmFile file(*settings.loop, program,
                   joined(raw_frames_input(width, height, settings.frame_rate / every),
                          {"-filter_complex", filter, "-loop", "0", "-final_delay", "100", "-fflags",
@@ -173,15 +173,15 @@ void check_outputs(const VideoSettings& settings, const std::optional<Container>
   }
 }
 
-/// Returns the settings with the readings that the overlays and strips show.
-ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
+/// Returns the settings with the quantities that the overlays and strips show.
+ComparisonSettings with_quantities(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
-  QuantityChoice& readings = comparison.readings;
-  readings.gap = settings.overlays.joints;
-  for (const Strip strip : settings.strips) readings.add(strip, scene);
-  readings.speeds = settings.overlays.tint == Overlays::Tint::speed;
-  readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
-  readings.contacts = settings.overlays.contacts;
+  QuantityChoice& quantities = comparison.quantities;
+  quantities.gap = settings.overlays.joints;
+  for (const Strip strip : settings.strips) quantities.add(strip, scene);
+  quantities.speeds = settings.overlays.tint == Overlays::Tint::speed;
+  quantities.depths = settings.overlays.tint == Overlays::Tint::penetration;
+  quantities.contacts = settings.overlays.contacts;
   return comparison;
 }
 
@@ -193,8 +193,8 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings,
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container, program.has_value());
   if (!simulated) {
-    simulated = simulate_comparison(scene, with_readings(scene, settings),
-                                    [&](double share) { settings.progress("simulating", share); });
+    simulated = simulate_comparison(scene, with_quantities(scene, settings),
+                                    [&](double fraction) { settings.progress("simulating", fraction); });
   }
   VideoReport report;
   report.comparison = std::move(*simulated);

@@ -17,8 +17,8 @@ namespace substep::render {
 
 struct VideoSettings {
   ComparisonSettings comparison;
-  std::string title;  ///< empty: the scene's name
-  double frame_rate = 30;
+  std::string title;       ///< empty: the scene's name
+  double frame_rate = 30;  ///< frames in a second of film
   FilmCamera camera;
   Overlays overlays;
   std::vector<Strip> strips;  ///< empty: the comparison's
@@ -31,7 +31,7 @@ struct VideoSettings {
   std::optional<std::filesystem::path> poster;  ///< the frame at 60 % of the film, PNG
   std::optional<std::filesystem::path> loop;    ///< a small film for a page, GIF, below 2 MB
   /// Receives the current task and the fraction done; must be set.
-  std::function<void(std::string_view stage, double share)> progress;
+  std::function<void(std::string_view stage, double fraction)> progress;
 };
 
 struct VideoReport {

@@ -1,6 +1,6 @@
 #pragma once
-/// Closed forms for the expectations of scenes. Nothing here calls libm beyond sqrt, so the same bytes come
-/// out everywhere.
+/// Computes expectations of scenes in closed form. No function calls libm beyond sqrt, so that every machine
+/// writes the same bytes.
 
 #include <vector>
 

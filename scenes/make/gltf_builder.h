@@ -41,30 +41,30 @@ struct Motion {
   bool kinematic = false;                                   ///< keeps its velocity in all impacts
 };
 
-/// A bound on one, two or three axes of a joint, as in the extension. Hard without stiffness.
+/// A bound on one, two or three axes of a joint, as in the extension. Without stiffness the bound is hard.
 struct AxesLimit {
   enum class Kind { linear, angular } kind;
   std::vector<int> axes;
   std::optional<double> min = {};  ///< m or rad
   std::optional<double> max = {};
   std::optional<double> stiffness = {};  ///< N/m or N·m/rad
-  double damping = 0;
+  double damping = 0;                    ///< N·s/m or N·m·s/rad
 };
 
 inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
   return {.kind = kind, .axes = axes, .min = 0, .max = 0};
 }
 
-/// A drive along or about one axis of a joint. `acceleration`: its numbers are per unit of mass or inertia.
+/// A drive along or about one axis of a joint. With `acceleration` the last three are per kg or kg·m².
 struct AxisDrive {
   AxesLimit::Kind kind;
   int axis;
   bool acceleration = false;
-  double position = 0;  ///< target, m or rad
-  double velocity = 0;  ///< target, m/s or rad/s
-  double stiffness = 0;
-  double damping = 0;
-  double max_force = 0;
+  double position = 0;   ///< target, m or rad
+  double velocity = 0;   ///< target, m/s or rad/s
+  double stiffness = 0;  ///< N/m or N·m/rad
+  double damping = 0;    ///< N·s/m or N·m·s/rad
+  double max_force = 0;  ///< N or N·m
 };
 
 /// Duration of a run and its settings: `extras.substep` of the scene.

@@ -1,4 +1,4 @@
-/// Scenes of impacts: balls that bounce or hand on their speed, dominoes, a wrecking ball.
+/// Scenes of impacts: balls that bounce or pass on their speed, dominoes, a wrecking ball.
 
 #include <cmath>
 

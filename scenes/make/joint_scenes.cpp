@@ -1,4 +1,4 @@
-/// Scenes of joints alone, and of no constraint at all: nothing in them collides.
+/// Scenes of joints alone, or without constraints: no bodies collide.
 
 #include "closed_forms.h"
 #include "scenes.h"
@@ -125,11 +125,11 @@ GltfBuilder heavy_chain() {
   const int shaft = gltf.geometry(rod_shaft(length, 1.6));
   const int head = gltf.geometry(at(-length / 2, 0, 0) * ball(0.065, 24));
   const int joint = gltf.ball_joint();
-  const std::array looks{gltf.mesh("rod_odd", {{shaft, finish::terracotta}, {head, finish::brass}}),
-                         gltf.mesh("rod_even", {{shaft, finish::ivory}, {head, finish::brass}})};
+  const std::array meshes{gltf.mesh("rod_odd", {{shaft, finish::terracotta}, {head, finish::brass}}),
+                          gltf.mesh("rod_even", {{shaft, finish::ivory}, {head, finish::brass}})};
   for (int i = 0; i < rods; ++i) {
     const int body = gltf.body(numbered("rod", i + 1), at(length * (i + 0.5), 0, 0),
-                               {.mass = 1, .inertia = rod_inertia(1, length, 0.02)}, looks[i % 2], frame);
+                               {.mass = 1, .inertia = rod_inertia(1, length, 0.02)}, meshes[i % 2], frame);
     end = gltf.add_link(i + 1, body, length, end, joint);
   }
   // Draw an equator and a shackle, so that the ball's turning can be seen.

@@ -1,5 +1,5 @@
-/// Closed loops and stiff springs: mechanisms of the IFToMM's library of multibody benchmarks, and Andrews'
-/// squeezing mechanism from the Test Set for IVP Solvers.
+/// Scenes of closed loops and stiff springs: mechanisms of the IFToMM's library of multibody benchmarks, and
+/// Andrews' squeezing mechanism from the Test Set for IVP Solvers.
 
 #include <algorithm>
 
@@ -134,8 +134,8 @@ GltfBuilder four_bar() {
   return gltf;
 }
 
-/// A flyball governor: bars of 1 m, 0.01 m square, and a cube of 0.1 m, of 3000 kg/m³; 5 kg at each arm's
-/// end, here as balls.
+/// A flyball governor of 3000 kg/m³: bars of 1 m, 0.01 m square, and a cube of 0.1 m. Each arm ends in a ball
+/// of 5 kg.
 struct Governor : GltfBuilder {
   Governor()
       : GltfBuilder("governor", {.duration = 4, .poster = 0.5},
@@ -307,8 +307,8 @@ struct Squeezer : GltfBuilder {
 
   /// Adds a node on a link, parallel to the plane's frame.
   int on(const std::string& name, int link, const Vector3& point) {
-    const Link& of = links_[link];
-    return node(name, at(of.pose.inverse() * (scale * point)) * turn(Z, -of.angle), of.node);
+    const auto& [link_name, pose, angle, body] = links_[link];
+    return node(name, at(pose.inverse() * (scale * point)) * turn(Z, -angle), body);
   }
 
   void add_joints() {

@@ -1,6 +1,6 @@
 #pragma once
-/// Meshes modelled by the scenes' generator: solids with rounded edges and smooth normals, in metres.
-/// Nothing here calls libm beyond sqrt, so the same bytes come out everywhere.
+/// Models the scenes' meshes: solids with rounded edges and smooth normals, in metres. No function calls libm
+/// beyond sqrt, so that every machine writes the same bytes.
 
 #include <array>
 #include <cstdint>
@@ -65,11 +65,11 @@ inline Mesh cuboid(const Vector3& size, double radius, int segments = 3) {
 /// Returns the solid's mesh with flat faces and sharp edges.
 Mesh faceted(const Polyhedron& solid);
 
-/// A corner of the outline of a turned solid, at a distance from the axis and a height.
+/// A corner of a turned solid's outline: its distance from the axis and its height, m.
 struct ProfilePoint {
   double radius;
   double y;
-  double fillet = 0;  ///< radius by which the corner is rounded; 0: sharp
+  double fillet = 0;  ///< radius of the rounded corner, m; 0: sharp
 };
 using Profile = std::vector<ProfilePoint>;
 
@@ -99,7 +99,7 @@ double noise(std::uint64_t index);
 /// Returns the rotation by `angle` about an axis through the origin.
 Pose turn(const Vector3& axis, double angle);
 
-/// Return the pose at a point, without rotation.
+/// Returns the pose at a point, without rotation.
 Pose at(double x, double y, double z);
 Pose at(const Vector3& point);
 

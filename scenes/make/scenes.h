@@ -1,6 +1,6 @@
 #pragma once
-/// The scenes of the library by kind (the page beside each file says what a scene is for), and what they
-/// share: axes, the palette, shorthands.
+/// Makes the scenes of the library, by kind; the page beside each file explains its scene. All scenes use the
+/// axes, finishes and shorthands below.
 
 #include <numbers>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-/// The benchmark's scenes, and how a run of one is judged.
+/// The benchmark's scenes, and the judgement of their runs.
 
 #include <string>
 #include <vector>
@@ -32,14 +32,14 @@ BenchmarkScene heavy_chain();  ///< ten rods and a ball of 1000 kg, at 480 Hz: e
 BenchmarkScene stack_of(int boxes, double top_mass = 1);  ///< unit cubes of 1 kg, the top one of another
 BenchmarkScene pyramid_of(int base);                      ///< base (base + 1)/2 unit cubes, pitch 1.1 m
 BenchmarkScene wall_of(int side);   ///< side² unit cubes that touch, each row shifted by 0.15 m
-BenchmarkScene pile_of(int boxes);  ///< boxes dropped into a container, 8 s
+BenchmarkScene pile_of(int boxes);  ///< boxes that fall into a container for 8 s
 
-/// The judgement of a run of `scene`: whether it is good enough to be timed, and why.
+/// The judgement of a run: whether its error is small enough for a timed run.
 struct Verdict {
   bool passed;
-  double error;  ///< m: from the reference after 1 s; or moved; or how far outside the container
+  double error;  ///< m: distance from the reference after 1 s, displacement, or way out of the container
 };
-/// Returns the state that a run should have at its end: A1's at step zero after 1 s, or the start.
+/// Returns the state that a run should end with: that of A1 at step zero after 1 s, or the start.
 State target_of(const BenchmarkScene& scene);
 /// Runs the scene with `engine` from its start, for 1 s (trajectory) or for all its steps.
 Verdict judge(const BenchmarkScene& scene, const State& target, Stepper& engine);

@@ -19,12 +19,12 @@ import tempfile
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 SETTINGS = ["--set", "n=10,m=1,tau=0.6,kappa=1,joints=stable"]
-LEAST = 0.35  # s of CPU time of a run
+LEAST = 0.35  # CPU time of a run, s
 MOST = 6.0
 
 
 def timed(program: str, scene: pathlib.Path, algorithm: str, duration: float, folder: str) -> tuple[float, int]:
-    """CPU time, s, and the exit code: 1 where the run diverged, a step was not solved or a joint tore."""
+    """Returns the CPU time, s, and the exit code: 1 where the run diverged, a step was not solved or a joint tore."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     run = subprocess.run([program, "run", scene, "--algorithm", algorithm, *SETTINGS, "--duration", str(duration), "--output",
                           folder + "/run.poses"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)

@@ -31,7 +31,7 @@ struct Entrant {
   }
 };
 
-/// Adds the engine that sweeps call `engine`, where it was built in, with its defaults but for the
+/// Adds the engine that sweeps call `engine`, where it was built in, with default settings and these
 /// iterations.
 void add_engine(std::vector<Entrant>& entrants, const std::string& engine, const std::string& name,
                 int iterations) {
@@ -113,7 +113,7 @@ void print_stages(const BenchmarkScene& scene) {
 
 void print_cost_of_a1(const BenchmarkScene& scene) {
   Simulation simulation(scene.scene, {.algorithm = Algorithm::a1, .step = scene.step});
-  simulation.step();  // the first step makes room
+  simulation.step();  // the first step allocates memory
   double rows = 0;
   double sets = 0;
   double residual = 0;

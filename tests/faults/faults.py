@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Commands under faults: a limit on file sizes, a full disk, a read-only folder, a closed pipe, little memory, no ffmpeg
+"""Tests commands under faults: a limit on file sizes, a full disk, a read-only folder, a closed pipe, little memory, no ffmpeg
 or one that dies, SIGINT, SIGTERM and SIGKILL at seeded moments.
 
     tests/faults/faults.py --program build/substep --moments 50 --sizes 5 --seed 1
@@ -118,7 +118,7 @@ def processes_in(folder: pathlib.Path) -> list[str]:
 
 
 class Bench:
-    """One command: its folder as it is before, and as an undisturbed run leaves it."""
+    """A command with its folder before the run and after an undisturbed run."""
 
     def __init__(self, program: pathlib.Path, name: str, work: pathlib.Path):
         self.program, self.name, self.work = program, name, work
@@ -163,9 +163,9 @@ class Bench:
             reader, out = os.pipe()
             os.close(reader)
         start = time.monotonic()
-        with open(self.work / "said", "wb") as said:
+        with open(self.work / "messages", "wb") as messages:
             process = subprocess.Popen([self.program, *self.words], cwd=folder, stdin=subprocess.DEVNULL, stdout=out,
-                                       stderr=said, start_new_session=True, preexec_fn=limits, user=user,
+                                       stderr=messages, start_new_session=True, preexec_fn=limits, user=user,
                                        env={**os.environ, **(environment or {})})
         if closed:
             os.close(out)
@@ -177,19 +177,19 @@ class Bench:
                 handles_signal = catches(process.pid, number)
                 (os.killpg if group else os.kill)(process.pid, number)
         process.wait(600)
-        lines = (self.work / "said").read_text(errors="replace").splitlines()
+        lines = (self.work / "messages").read_text(errors="replace").splitlines()
         return Ending(process.returncode, lines, time.monotonic() - start, handles_signal)
 
     def errors_of(self, folder: pathlib.Path, ending: Ending, codes: set[int], killed: bool) -> list[str]:
         wrong = []
         if ending.code not in codes | {self.code}:
             wrong.append(f"code {ending.code}: {' / '.join(ending.messages)[-200:]}")
-        sentences = [line for line in ending.messages if line.startswith("substep: ") and "note: " not in line and "warning: " not in line]
+        errors = [line for line in ending.messages if line.startswith("substep: ") and "note: " not in line and "warning: " not in line]
         loader = len(ending.messages) == 1 and "error while loading shared libraries" in ending.messages[0]
         silent = killed or ending.code in (self.code, -signal.SIGPIPE) or loader
         cases = self.name == "check" and ending.code == self.code  # a case that cannot be checked prints a message of its own
-        if len(sentences) != (0 if silent else 1) and (ending.handles_signal or sentences) and not cases:
-            wrong.append(f"code {ending.code} and {len(sentences)} lines that say why: {ending.messages}")
+        if len(errors) != (0 if silent else 1) and (ending.handles_signal or errors) and not cases:
+            wrong.append(f"code {ending.code} and {len(errors)} lines that say why: {ending.messages}")
         for _ in range(40):
             left = processes_in(folder)
             if not left:
@@ -209,7 +209,7 @@ class Bench:
 
     def errors_after_rerun(self, folder: pathlib.Path) -> list[str]:
         if self.name == "approve":
-            # What was approved is seen by the next check, and the rest is still to be approved.
+            # Accept an approval that was complete; approve the rest otherwise.
             if subprocess.run([self.program, "check"], cwd=folder, capture_output=True, check=False).returncode == 0:
                 return self.differs(folder)
         ending = self.run(folder)
@@ -267,12 +267,12 @@ def full_disk(bench: Bench, folder: pathlib.Path, chooser: random.Random):
 
 def read_only(bench: Bench, folder: pathlib.Path, _chooser: random.Random):
     """Runs as user `nobody`, to whom the folder does not belong, since root writes everywhere."""
-    places = [folder, *(p for p in folder.rglob("*") if p.is_dir())]
-    for place in places:
-        place.chmod(0o555)
+    folders = [folder, *(p for p in folder.rglob("*") if p.is_dir())]
+    for each in folders:
+        each.chmod(0o555)
     ending = bench.run(folder, user=65534 if os.geteuid() == 0 else None)
-    for place in places:
-        place.chmod(0o755)
+    for each in folders:
+        each.chmod(0o755)
     return ending, {2}, False
 
 
@@ -281,13 +281,13 @@ def closed_pipe(bench: Bench, folder: pathlib.Path, _chooser: random.Random):
 
 
 def with_ffmpeg(bench: Bench, folder: pathlib.Path, script: str):
-    place = bench.work / "bin"
-    shutil.rmtree(place, ignore_errors=True)
-    place.mkdir()
+    programs = bench.work / "bin"
+    shutil.rmtree(programs, ignore_errors=True)
+    programs.mkdir()
     if script:
-        (place / "ffmpeg").write_text("#!/bin/sh\n" + script)
-        (place / "ffmpeg").chmod(0o755)
-    return bench.run(folder, environment={"PATH": f"{place}:{os.environ['PATH']}" if script else str(place)}), {2}, False
+        (programs / "ffmpeg").write_text("#!/bin/sh\n" + script)
+        (programs / "ffmpeg").chmod(0o755)
+    return bench.run(folder, environment={"PATH": f"{programs}:{os.environ['PATH']}" if script else str(programs)}), {2}, False
 
 
 def no_ffmpeg(bench: Bench, folder: pathlib.Path, _chooser: random.Random):
@@ -333,8 +333,8 @@ def main() -> int:
     program = arguments.program.resolve()
     rows: dict[str, list[str]] = {fault: [] for fault in arguments.faults}
     is_good = True
-    with tempfile.TemporaryDirectory() as place:
-        work = pathlib.Path(place).resolve()
+    with tempfile.TemporaryDirectory() as temporary:
+        work = pathlib.Path(temporary).resolve()
         work.chmod(0o755)
         left_out = set() if can_mount(work) else {"full disk"}
         for name in arguments.commands:
@@ -348,8 +348,8 @@ def main() -> int:
                 signals = [f for f in FAULTS if f.startswith("SIG")]
                 moments = range(signals.index(fault), arguments.moments, 3) if fault in signals else range(arguments.sizes)
                 for k in moments[:1] if fault in ONCE else moments:
-                    came, found = bench.try_fault(random.Random(f"{arguments.seed} {name} {fault} {k}"), fault)
-                    counts[came] += 1
+                    end, found = bench.try_fault(random.Random(f"{arguments.seed} {name} {fault} {k}"), fault)
+                    counts[end] += 1
                     bad += bool(found)
                     is_good = is_good and not found
                     for line in found:

@@ -1,7 +1,6 @@
 /// Tests that faults in simulation, renderer and loading are attributed to the right one, body and frame. A
 /// faulty run becomes the golden, so that the shipped program differs from it and needs no switch for faults.
-/// Another set must fail on every renderer: beyond every tolerance, not only unequal. One file, since all
-/// faults share a case that is made, broken and judged.
+/// Some faults must fail on every renderer: their pictures are beyond every tolerance, not only unequal.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -62,8 +61,8 @@ struct TrueDivergence {
   std::vector<std::vector<double>> distances;  ///< m, by frame and body
 };
 
-/// Expects the named body to be the farthest off of those that changed first, and by the reported distance,
-/// within the rounding of both poses.
+/// Expects the reported body to be the farthest off of those that changed first, and its distance to be the
+/// reported one, within the rounding of both poses.
 void expect_true_size(const FirstChange& first, const TrueDivergence& truth, const Scene& scene) {
   ASSERT_GE(first.size_frame, truth.frame);
   if (first.axis == 'r' || first.axis == ' ') return;
@@ -77,7 +76,8 @@ void expect_true_size(const FirstChange& first, const TrueDivergence& truth, con
   for (const std::string& name : truth.bodies) EXPECT_LE(apart(name), first.size + error) << name;
 }
 
-/// Returns A3 whose result `change` alters. It receives the number of the step and the state before it.
+/// Returns A3 whose result `change` alters. `change` receives the step's number and the state before the
+/// step.
 Procedure altered(const std::function<void(int step, const State& before, CoordinateVector& q,
                                            VelocityVector& v)>& change) {
   return [change, step = 0](CoordinateVector& q, VelocityVector& v, const Settings& settings,
@@ -126,7 +126,7 @@ std::vector<Fault> faults() {
         [](Scene& scene) { body(scene, "ball_2").pose.position.x() += 1e-3; });
   model("SignOfGravityForABody", "bouncing_balls", {1, 1, "ball_3", 'y'},
         [](Scene& scene) { body(scene, "ball_3").gravity_factor = -1; });
-  // The ball falls first.
+  // Allow for the ball's fall.
   model("LostContact", "bouncing_balls", {6, 40, "ball_4"}, [](Scene& scene) {
     for (Collider& collider : scene.colliders) {
       if (collider.body != body_named(scene, "ball_4")) continue;
@@ -186,7 +186,7 @@ TEST_P(EachSimulationFault, IsFoundInItsFrame) {
     good.step();
     add_states();
   });
-  // The golden pictures are of the faulty run, by the right renderer.
+  // Draw the golden pictures of the faulty run with the right renderer.
   write_run(suite, log, tracker.take(), right);
   suite.sign();
   const CheckResult result = suite.run();
@@ -213,7 +213,7 @@ TEST_P(EachSimulationFault, IsFoundInItsFrame) {
 INSTANTIATE_TEST_SUITE_P(Faults, EachSimulationFault, testing::ValuesIn(faults()),
                          [](const auto& fault) { return std::string(fault.param.name); });
 
-/// Writes the sidecar of a suite whose poses, track and pictures were written, as of a loaded scene.
+/// Writes the sidecar for a suite's poses, track and pictures, with the digests of `scene`.
 void write_sidecar(const SmallSuite& suite, const Scene& scene) {
   std::vector<Sidecar::Picture> pictures;
   for (const int frame : suite.entry().images)
@@ -255,7 +255,7 @@ TEST(LoadingFault, BlamesIgnoredCentreOfMass) {
   EXPECT_EQ(result.cause.find("initial pose or velocity of handle"), 0U) << result.cause;
 }
 
-/// A case whose golden picture of the last frame is drawn of a faulty scene.
+/// A case whose golden picture of the last frame shows a faulty scene.
 class RendererFault {
  public:
   RendererFault() : suite_("bouncing_balls", last_frame) { suite_.make_goldens(); }
@@ -407,18 +407,18 @@ TEST(RendererFault, ReportsMissingBody) {
   CasePainter painter(scene, entry, log);
   Drawing drawn = painter.draw(log.frames.back().poses);
   std::vector<std::string> names;
-  for (const Body& of : scene.bodies) names.push_back(of.name);
+  for (const Body& each : scene.bodies) names.push_back(each.name);
   const Sidecar sidecar = read_sidecar(suite.sidecar());
   const Blame found = blame(golden.picture, drawn.picture, drawn.bodies, drawn.bodies,
                             sidecar.picture(last_frame)->bodies, names);
   EXPECT_FALSE(found.is_everywhere);
   const auto gone = std::find_if(found.bodies.begin(), found.bodies.end(),
-                                 [](const BodyBlame& of) { return of.name == "ball_3"; });
+                                 [](const BodyBlame& each) { return each.name == "ball_3"; });
   ASSERT_NE(gone, found.bodies.end());
   EXPECT_TRUE(gone->is_gone);
 }
 
-TEST(MustFail, MovedBodyHueAndBlackGolden) {
+TEST(RendererFault, ExceedsToleranceForMotionHueAndBlack) {
   RendererFault fault;
   expect_beyond_tolerance(fault.check_with([](RendererFault::Drawn& drawn) {
     drawn.poses[static_cast<std::size_t>(body_named(drawn.scene, "ball_2"))].linear.x() += 0.1;

@@ -1,4 +1,4 @@
-/// Pictures compared by counts of pixels and by FLIP.
+/// Tests comparisons of pictures by counts of pixels and by FLIP.
 
 #include "golden/compare/image_comparison.h"
 

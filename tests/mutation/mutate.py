@@ -7,8 +7,8 @@ their time. If all pass, runs `substep check` with the changed program, unless -
     tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this line
     tests/mutation/mutate.py --table                                            # the table of all results
 
-Leaves sources and build unchanged, except for the files of MEASURED_FIRST, which CTest rewrites. All runs at the lowest
-priority. --results holds the verdicts, so that a stopped run goes on; equal lines of a file share a verdict. Prints a
+Leaves sources and build unchanged, except for the files of MEASURED_FIRST, which CTest rewrites. Runs everything at the
+lowest priority. --results holds the verdicts, so that a stopped run continues; equal lines of a file share a verdict. Prints a
 Markdown table by area and the survivors. `equivalent.txt` holds the changes that nothing can show, with the reason.
 """
 
@@ -82,7 +82,7 @@ def changes_of(line: str) -> list[str]:
                     depth += {"(": 1, ")": -1}.get(changed[at], 0)
                     at += 1
                 if depth:
-                    continue  # the condition goes on in the next line
+                    continue  # the condition continues in the next line
                 changed = changed[:at] + ")" + changed[at:]
             result.append(changed)
     for match in NUMBER.finditer(code):
@@ -110,8 +110,8 @@ def mutants(areas: list[str], count: int, seed: int) -> list[Mutant]:
     return [chooser.choice(by_line[line]) for line in chooser.sample(lines, min(count, len(lines)))]
 
 
-def named(change: str) -> Mutant:
-    """FILE | PART OF ONE LINE | WHAT IT BECOMES."""
+def mutant_of(change: str) -> Mutant:
+    """Returns the mutant that FILE | PART OF ONE LINE | WHAT IT BECOMES describes."""
     file, old, new = change.split(" | ")
     lines = (TREE / file).read_text().split("\n")
     found = [i for i, line in enumerate(lines) if old in line]
@@ -170,7 +170,7 @@ class Workshop:
             result += [TREE / "tests" / folder / name for name in SCRIPTS.get(folder, ())]
         return [program for program in result if program.name not in GOLDENS]
 
-    def keep(self) -> None:
+    def save(self) -> None:
         new = self.results_file.with_suffix(".new")
         new.write_text(json.dumps({"verdicts": self.verdicts, "seconds": self.seconds}, indent=1, ensure_ascii=False))
         new.replace(self.results_file)
@@ -178,17 +178,17 @@ class Workshop:
     def ninja_output(self, *words: str) -> str:
         return subprocess.run(["ninja", "-C", self.build, "-t", *words], check=True, capture_output=True, text=True).stdout
 
-    def library_of(self, thing: str) -> str:
+    def library_of(self, object_file: str) -> str:
         """Returns the library or program that an object belongs to."""
-        after = [line.strip() for line in self.ninja_output("query", thing).split("outputs:")[1].splitlines()]
+        after = [line.strip() for line in self.ninja_output("query", object_file).split("outputs:")[1].splitlines()]
         return next(target for target in after if target.endswith(".a") or target == "substep")
 
-    def link(self, target: str, thing: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
+    def link(self, target: str, object_file: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
         """Links a program with the changed object before its library. Returns None where it does not use the object."""
         command = self.ninja_output("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
         words = shlex.split(command)
-        if thing in words:
-            words[words.index(thing)] = str(mutant)
+        if object_file in words:
+            words[words.index(object_file)] = str(mutant)
         elif library not in words:
             return None
         else:
@@ -204,14 +204,14 @@ class Workshop:
             lines[mutant.line] = mutant.new
             (here / "mutant.cpp").write_text("\n".join(lines))
             command = list(self.commands[str(TREE / mutant.file)])
-            thing = command[command.index("-o") + 1]
+            object_file = command[command.index("-o") + 1]
             command[command.index("-o") + 1] = str(here / "mutant.o")
             command[command.index("-c") + 1] = str(here / "mutant.cpp")
             # Ignore warnings of unused code, which a mutation can cause.
             command.insert(command.index("-c"), "-Wno-error")
             if not run(command, 600, self.build):
                 return "does not build"
-            return self.tried(mutant, thing, here, suite)
+            return self.verdict_of_tests(mutant, object_file, here, suite)
 
     def time_of(self, program: pathlib.Path) -> float:
         """Times a test on unchanged sources, where it must pass. A multiple of this time bounds the mutated test."""
@@ -220,7 +220,7 @@ class Workshop:
             if not run(self.call_of(program), 3600, self.build):
                 sys.exit(f"{program} fails as the sources are")
             self.seconds[program.name] = children_time() - start
-            self.keep()
+            self.save()
         return self.seconds[program.name]
 
     def call_of(self, program: pathlib.Path) -> list:
@@ -235,9 +235,9 @@ class Workshop:
             return ["sh", "-c", " && ".join(shlex.join(map(str, words)) for words in (measures, call))]
         return call
 
-    def tried(self, mutant: Mutant, thing: str, here: pathlib.Path, suite: bool) -> str:
-        library = self.library_of(thing)
-        # First those that kill much in little time.
+    def verdict_of_tests(self, mutant: Mutant, object_file: str, here: pathlib.Path, suite: bool) -> str:
+        library = self.library_of(object_file)
+        # Begin with the programs that kill most mutants in the least time.
         kills = [verdict.removeprefix("killed by ") for key, verdict in self.verdicts.items()
                  if key.split(" | ")[0].rsplit("/", 1)[0] == mutant.file.rsplit("/", 1)[0]]
         programs = sorted(self.programs_of(mutant.file),
@@ -247,7 +247,7 @@ class Workshop:
             calls_the_program = (program.name == "program_tests" or program.name in MEASURED_FIRST or
                                  program.suffix == ".py")
             called = self.build / "substep" if calls_the_program else program
-            linked = self.link(str(called.relative_to(self.build)), thing, library, here / "mutant.o", here / "linked")
+            linked = self.link(str(called.relative_to(self.build)), object_file, library, here / "mutant.o", here / "linked")
             if linked is None:
                 continue
             if not linked:
@@ -260,7 +260,7 @@ class Workshop:
                 return f"killed by {program.name}"
         if not suite:
             return "survived the tests"
-        if not self.link("substep", thing, library, here / "mutant.o", here / "linked"):
+        if not self.link("substep", object_file, library, here / "mutant.o", here / "linked"):
             return "does not build"
         check = [here / "linked", "check", "--suite", TREE / "golden", "--output", here / "check"]
         return "survived" if run(check, 3600, self.build) else "killed by goldens"
@@ -308,8 +308,8 @@ def table(verdicts: dict[str, str]) -> str:
         total = sum(counts.values()) - counts["not run"]
         goldens = "not run" if counts["not run"] else counts["goldens"]
         live = total - counts["equivalent"]
-        share = 100 * counts["tests"] / live if live else 100
-        text += (f"| {area} | {total} | {counts['tests']} ({share:.0f} %) | {goldens} | "
+        percent = 100 * counts["tests"] / live if live else 100
+        text += (f"| {area} | {total} | {counts['tests']} ({percent:.0f} %) | {goldens} | "
                  f"{counts['equivalent']} | {counts['survived']} |\n")
     return (f"Measured {datetime.date.today().isoformat()}.\n\n" + text +
             ("\n" + "\n".join(survivors) + "\n" if survivors else ""))
@@ -326,8 +326,8 @@ def main() -> int:
     parser.add_argument("--no-goldens", action="store_true", help="do not run substep check on survivors")
     parser.add_argument("--table", action="store_true", help="only print the table of what was judged")
     arguments = parser.parse_args()
-    chosen = [named(change) for change in arguments.change or []] or mutants(arguments.area, arguments.count,
-                                                                             arguments.seed)
+    chosen = ([mutant_of(change) for change in arguments.change or []] or
+              mutants(arguments.area, arguments.count, arguments.seed))
     arguments.results.parent.mkdir(parents=True, exist_ok=True)
     workshop = Workshop(arguments.build.resolve(), arguments.results.resolve())
     if arguments.table:
@@ -345,7 +345,7 @@ def main() -> int:
         verdicts[mutant.key()] = verdict
         if not arguments.change:
             workshop.verdicts[mutant.key()] = verdict
-            workshop.keep()
+            workshop.save()
     print(table(verdicts))
     return 0
 

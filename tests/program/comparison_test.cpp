@@ -1,4 +1,4 @@
-// Tests comparisons: reference, errors and readings; panels, titles and strips.
+// Tests comparisons: reference, errors and other quantities; panels, titles and strips.
 
 #include "render/video/comparison.h"
 
@@ -27,7 +27,7 @@ namespace {
 
 using VideoRun = render::Run;
 
-/// Returns defaults of panels: these settings in each algorithm, with n and m as given ones.
+/// Returns defaults of panels: these settings for each algorithm, as if n and m had been typed.
 PanelDefaults defaults_of(const Settings& base) {
   const auto settings = [base](Algorithm algorithm) {
     Settings result = base;
@@ -65,7 +65,7 @@ double squared_distance_of_points(const Body& body, const Coordinates& is, const
   return sum;
 }
 
-TEST(Comparison, MeasuresTheDistanceOfTheBodiesPoints) {
+TEST(Comparison, MeasuresDistanceOfBodiesPoints) {
   for (const char* const name : {"tumbling_body", "rod_chain"}) {
     const Scene loaded = scene_named(name);
     const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
@@ -142,8 +142,8 @@ TEST(Comparison, ShowsGapsWithoutAReference) {
   EXPECT_EQ(words_of(comparison, Strip::gap), "largest gap of a joint");
   for (const VideoRun& run : comparison.runs) {
     EXPECT_TRUE(run.errors.empty());
-    ASSERT_EQ(run.readings.gaps.size(), run.poses.size());
-    EXPECT_GT(run.readings.gaps.back(), 1e-4);
+    ASSERT_EQ(run.quantities.gaps.size(), run.poses.size());
+    EXPECT_GT(run.quantities.gaps.back(), 1e-4);
   }
 }
 
@@ -162,7 +162,7 @@ TEST(Comparison, ShowsLogsAndEngines) {
 }
 
 TEST(Comparison, CountsEnergyOfTablesFromTheStart) {
-  // The table accelerates the rod of 1 kg to 2 m/s in 0.5 s, and leaves it in its place.
+  // The table accelerates the rod of 1 kg to 2 m/s in 0.5 s, without moving it.
   const test::TemporaryFolder folder;
   const auto table = folder.write("run.csv",
                                   "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n"
@@ -172,31 +172,31 @@ TEST(Comparison, CountsEnergyOfTablesFromTheStart) {
   ComparisonSettings chosen = settings(loaded, 0.5, {"log:" + table.string()});
   chosen.start = 0.3;
   chosen.has_reference = false;
-  chosen.readings.energy = true;
-  const std::vector<double> energies = simulate_comparison(loaded, chosen).runs[0].readings.energies;
+  chosen.quantities.energy = true;
+  const std::vector<double> energies = simulate_comparison(loaded, chosen).runs[0].quantities.energies;
   EXPECT_NEAR(energies.at(0), 0.72, 1e-9);
   EXPECT_NEAR(energies.at(6), 2, 1e-9);
 }
 
-TEST(Comparison, ReadsQuantitiesOfStripsAndOverlays) {
+TEST(Comparison, MeasuresQuantitiesOfStripsAndOverlays) {
   const Scene loaded = scene_named("box_stack");
   ComparisonSettings choice = settings(loaded, 0.2, {"a1", "a5"});
   choice.has_reference = false;
-  choice.readings = {true, true, true, true, true, true};
+  choice.quantities = {true, true, true, true, true, true};
   const Comparison comparison = simulate_comparison(loaded, choice);
   for (const VideoRun& run : comparison.runs) {
-    const FrameQuantities& readings = run.readings;
-    ASSERT_EQ(readings.energies.size(), run.poses.size());
-    EXPECT_EQ(readings.energies[0], 0);
-    ASSERT_EQ(readings.gaps.size(), run.poses.size());
-    EXPECT_EQ(readings.gaps.back(), 0);  // the scene has no joint
-    ASSERT_EQ(readings.speeds.back().size(), loaded.bodies.size());
-    EXPECT_LT(readings.speeds.back()[1], 0.05F);
-    ASSERT_EQ(readings.depths.back().size(), loaded.bodies.size());
-    EXPECT_LT(readings.depths.back()[1], 0.01F);
-    EXPECT_FLOAT_EQ(static_cast<float>(readings.deepest.back()), std::ranges::max(readings.depths.back()));
-    EXPECT_TRUE(readings.contacts.front().empty());
-    EXPECT_GE(readings.contacts.back().size(), 4u);
+    const FrameQuantities& measured = run.quantities;
+    ASSERT_EQ(measured.energies.size(), run.poses.size());
+    EXPECT_EQ(measured.energies[0], 0);
+    ASSERT_EQ(measured.gaps.size(), run.poses.size());
+    EXPECT_EQ(measured.gaps.back(), 0);  // the scene has no joint
+    ASSERT_EQ(measured.speeds.back().size(), loaded.bodies.size());
+    EXPECT_LT(measured.speeds.back()[1], 0.05F);
+    ASSERT_EQ(measured.depths.back().size(), loaded.bodies.size());
+    EXPECT_LT(measured.depths.back()[1], 0.01F);
+    EXPECT_FLOAT_EQ(static_cast<float>(measured.deepest.back()), std::ranges::max(measured.depths.back()));
+    EXPECT_TRUE(measured.contacts.front().empty());
+    EXPECT_GE(measured.contacts.back().size(), 4u);
   }
 }
 
@@ -213,13 +213,13 @@ TEST(Comparison, CountsTurnsBetweenFrames) {
   ComparisonSettings chosen = settings(loaded, 1, {"a5", "order-8", "log:" + log.string()});
   chosen.start = 1;
   chosen.has_reference = false;
-  chosen.readings.expected = &angle;
+  chosen.quantities.expected = &angle;
   Simulation simulation(loaded, chosen.panels[0].settings);
   write_file(log, to_text(record(simulation, static_cast<int>(std::lround(1 / loaded.step)), 1)));
   const Comparison comparison = simulate_comparison(loaded, chosen);
   for (const VideoRun& run : comparison.runs) {
-    ASSERT_EQ(run.readings.expected.size(), 1u);
-    EXPECT_NEAR(run.readings.expected[0], 10, 0.01);
+    ASSERT_EQ(run.quantities.expected.size(), 1u);
+    EXPECT_NEAR(run.quantities.expected[0], 10, 0.01);
   }
 }
 
@@ -382,9 +382,9 @@ TEST(StripAxis, ShowsTheExpectedQuantity) {
   const auto way = std::ranges::find(loaded.expected, Quantity::way, &Expectation::quantity);
   ComparisonSettings chosen = settings(loaded, way->from, {"a5"});
   chosen.has_reference = false;
-  chosen.readings.expected = &*way;
+  chosen.quantities.expected = &*way;
   const Comparison comparison = simulate_comparison(loaded, chosen);
-  EXPECT_NEAR(comparison.runs[0].readings.expected.back(), way->value, way->tolerance);
+  EXPECT_NEAR(comparison.runs[0].quantities.expected.back(), way->value, way->tolerance);
   const StripAxis axis = axis_of(comparison, Strip::expected);
   EXPECT_FALSE(axis.is_logarithmic);
   EXPECT_EQ(axis.mark, way->value);

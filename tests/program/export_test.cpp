@@ -115,7 +115,7 @@ TEST_F(Export, KeepsMaterialsAndLights) {
   write("crate.gltf", textured_example().dump());
   printed("export crate.gltf --duration 0 --output again.glb");
   const Glb glb = read("again.glb");
-  // Returns true where a value has all that the other has.
+  // Returns true where `json` has all members of `part`.
   const auto has = [](const Json& json, const char* part) {
     Json merged = json;
     merged.merge_patch(Json::parse(part));
@@ -177,7 +177,7 @@ class Site : public Program {
   }
 };
 
-TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
+TEST_F(Site, ShowsGoodScenesAndNamesBadOnes) {
   copy_scene("pendulum.gltf", "a b&c.gltf");
   copy_scene("rod_chain.gltf", "chain.gltf");
   write("a b&c.md",

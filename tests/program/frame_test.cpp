@@ -24,7 +24,7 @@ namespace substep::render {
 namespace {
 
 /// Returns A1 to A5 and the reference in a scene.
-Comparison compared(const Scene& scene, double duration, const QuantityChoice& readings = {}) {
+Comparison compared(const Scene& scene, double duration, const QuantityChoice& quantities = {}) {
   ComparisonSettings settings;
   Settings base;
   base.step = settings.step = scene.step;
@@ -34,7 +34,7 @@ Comparison compared(const Scene& scene, double duration, const QuantityChoice& r
   };
   settings.panels = default_panels({settings_of, true});
   settings.duration = duration;
-  settings.readings = readings;
+  settings.quantities = quantities;
   return simulate_comparison(scene, settings);
 }
 
@@ -164,7 +164,7 @@ TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {
 
 TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
   Comparison comparison;
-  std::vector<double>& energies = comparison.runs.emplace_back().readings.energies;
+  std::vector<double>& energies = comparison.runs.emplace_back().quantities.energies;
   for (int i = 0; i < 100; ++i) energies.push_back(-0.03 * i);
   StripAxis axis = axis_of(comparison, Strip::energy);
   EXPECT_EQ(axis.low, -5);
@@ -175,7 +175,7 @@ TEST(StripAxis, HoldsEnergiesOfBothSignsButNoExplosion) {
   axis = axis_of(comparison, Strip::energy);
   EXPECT_LT(axis.high, 50);
   EXPECT_EQ(axis.height(1e30), 1);
-  // Energy that is lost in the last hundredth is held
+  // Energy that is lost in the last hundredth is held.
   energies.assign(100, 0);
   energies.back() = -0.7;
   axis = axis_of(comparison, Strip::energy);
@@ -189,9 +189,9 @@ TEST(StripPainter, MarksCurvesBeyondTheAxis) {
   render::Run& run = comparison.runs.emplace_back();
   const StripAxis axis{.is_logarithmic = false, .low = -1, .high = 1, .unit = "J"};
   const StripBox strip{Strip::energy, axis, {0, 0, 300, 64}, {10, 10, 150, 44}};
-  // Returns whether something is drawn in rows above or below the plot
+  // Returns whether something is drawn in rows above or below the plot.
   const auto is_marked = [&](double value, int first_row) {
-    run.readings.energies = {0, value, 0};
+    run.quantities.energies = {0, value, 0};
     Image image(300, 64);
     StripPainter{comparison}.draw(image, strip, 0, 2);
     int brightest = 0;
@@ -281,18 +281,18 @@ TEST_F(Overlay, ColoursBodiesByErrorSpeedAndDepth) {
     run_.poses[0][1].linear.x() += error;
     EXPECT_EQ(color_at(120, 80, "error", frame), color);
   }
-  run_.readings.speeds = {{0, 2}};
+  run_.quantities.speeds = {{0, 2}};
   frame.scales = {false, 0, 2};
   EXPECT_EQ(color_at(120, 80, "velocity", frame), highest);
   frame.scales = {false, 0, 4};
   EXPECT_EQ(color_at(120, 80, "velocity", frame), middle);
-  run_.readings.depths = {{0, 1e-3F}};
+  run_.quantities.depths = {{0, 1e-3F}};
   frame.scales = {true, 1e-5, 1e-1};
   EXPECT_EQ(color_at(120, 80, "penetration", frame), middle);
 }
 
 TEST_F(Overlay, DrawsImpulsesAsArrowsToScale) {
-  run_.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
+  run_.quantities.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
   Image picture(200, 100);
   draw_overlays(picture, overlays_named({"contacts"}), {scene_, View{}, run_, {true, 1e-3, 1, 0.25}});
   int top = 100;
@@ -305,7 +305,7 @@ TEST_F(Overlay, DrawsImpulsesAsArrowsToScale) {
 }
 
 TEST_F(Overlay, DrawsAScaleOfARoundImpulse) {
-  run_.readings.contacts = {{}};
+  run_.quantities.contacts = {{}};
   Image picture(640, 360);
   // The view looks along −Z at the bodies' middle, 4 m ahead: 45 pixels a metre, 30 an N·s at 2/3 m for each.
   View view;

@@ -39,7 +39,7 @@ TEST_F(MeasureCommand, PrintsAtMostSevenColumnsUnlessAll) {
   EXPECT_GT(columns(" --all"), 7);
 }
 
-TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
+TEST_F(MeasureCommand, GivesAlgorithmsEqualRowSolves) {
   const Outcome outcome = expect(
       "measure $S/heavy_chain.gltf --duration 1 --set tau=1 --substeps 8 --equal-rows --brief --markdown", 0,
       {"A2  m=1  h=1/60 | 15840 |", "A2  m=1  h=1/480 | 15840 |", "A3  n=8 m=1 stable  h=1/60 | 15840 |"});
@@ -87,7 +87,7 @@ TEST_F(ReferenceCommand, WritesThePosesWithTheirUncertainty) {
   const auto lines = table("pendulum.csv");
   ASSERT_EQ(lines.size(), 1U + 118U);
   EXPECT_EQ(lines[0].back(), "turn_uncertainty");
-  // A period, 1.93333485 s: it is level and stands, but for 1e-6 s; the table has its samples at 1.93333 s.
+  // After a period, 1.93333485 s, the rod is level and at rest; the nearest row is 1.5e-6 s earlier.
   const std::vector<std::string>& period = lines.at(1 + 116);
   ASSERT_EQ(period.size(), 17U);
   EXPECT_NEAR(std::stod(period[0]), 116.0 / 60, 1e-12);
@@ -97,7 +97,7 @@ TEST_F(ReferenceCommand, WritesThePosesWithTheirUncertainty) {
   EXPECT_LT(std::stod(period[15]), 1e-11);
   double before = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    EXPECT_GE(std::stod(lines[i][15]), before);  // until then: not decreasing
+    EXPECT_GE(std::stod(lines[i][15]), before);  // the uncertainty never decreases
     before = std::stod(lines[i][15]);
   }
 }
@@ -115,7 +115,7 @@ TEST_F(ReferenceCommand, WritesNothingWithoutReference) {
   EXPECT_TRUE(files().empty());
 }
 
-/// Tests a separate cache, in folder().
+/// A test of the program with a cache of its own, in folder().
 class CachedReferences : public Program {
  protected:
   /// Runs the program with the cache, and returns its output.
@@ -156,7 +156,7 @@ TEST_F(CachedReferences, KeepBothRunsOfAFilm) {
   EXPECT_EQ(kept().size(), 3u);  // in eighths, and the check in fourths is the first film's
 }
 
-TEST_F(CachedReferences, AreNotKeptWithNoCache) {
+TEST_F(CachedReferences, RespectNoCache) {
   run_cached("measure $S/box_stack.gltf --horizon 0.1 --duration 0.1 --no-cache");
   EXPECT_TRUE(kept().empty());
 }

@@ -151,7 +151,7 @@ TEST_F(Pictures, FollowABodyFromItsStart) {
   };
   const Image whole = at_the_end("0", "frame_0002.png");
   const Image late = at_the_end("0.1", "frame_0001.png");
-  // Below the title and the number of the frame
+  // Below the title and the number of the frame.
   for (int y = 50; y < 170; ++y) {
     for (int x = 0; x < 320; ++x) ASSERT_EQ(whole.pixel(x, y)[1], late.pixel(x, y)[1]) << x << " " << y;
   }

@@ -102,7 +102,7 @@ TEST_F(ReportCommand, PrintsOneTable) {
   expect("report my.toml --output page --table descendants-rows", 0,
          {"| displacement, m | pile |", "\n| Soft Step | 0.028"});
   EXPECT_FALSE(has("page/report.md"));
-  // The sweep has no repetitions
+  // The sweep has no repetitions.
   refuses("report my.toml --output page --table descendants-time",
           "the table descendants-time has nothing to show: the sweep measured none of it");
 }

@@ -58,7 +58,7 @@ TEST_F(RunCommand, TableHasStatesOfLog) {
     const Body& body = loaded.bodies[index];
     EXPECT_EQ(std::stod(lines[line][0]), static_cast<double>(frame) * log.settings.step);
     EXPECT_EQ(vector(2), log.frames[frame].poses[index].linear);
-    // The node's own axes, not the principal ones.
+    // The table has the node's own axes, not the principal ones.
     const Quaternion node = log.frames[frame].poses[index].angular * body.body_from_node.orientation;
     EXPECT_EQ(std::stod(lines[line][5]), node.w());
     EXPECT_EQ(vector(6), node.vec());
@@ -96,7 +96,7 @@ TEST_F(RunCommand, StrictFailsOnViolations) {
   EXPECT_EQ(plain.err, "");
   expect("run $S/bricard.gltf --algorithm a1 --strict", 1, {plain.out},
          {"steps solved in the least-squares sense only"});
-  // A chain whose links are too short for its anchors.
+  // The links of this chain are too short for its anchors.
   expect("run $S/short_chain.gltf --algorithm a2 --strict", 1, {}, {"joint gap", "energy growth"});
 }
 
@@ -112,7 +112,7 @@ TEST_F(RunCommand, WarnsOfImpossibleMotion) {
   expect("run $S/rod_chain.gltf --algorithm a1", 0, {}, {"h=1/60: joint gap 0.0"});
 }
 
-TEST_F(RunCommand, RefusesJointsThatOpenByMoreThanTheScene) {
+TEST_F(RunCommand, FailsWhereJointsOpenByMoreThanTheScene) {
   // Nothing drives the chain, and it ends with a hundred times the energy that its fall is worth.
   expect("run $S/heavy_chain.gltf --algorithm a5 --substeps 1", 1, {},
          {"substep: warning: heavy_chain: A5", "energy growth ", "substep: heavy_chain: A5", " joint gap "});

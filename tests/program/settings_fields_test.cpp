@@ -17,7 +17,7 @@
 
 namespace substep {
 
-/// Prints a field as the parameter of a test: its bytes differ from run to run.
+/// Prints a field as the parameter of a test: by its name, since its bytes differ from run to run.
 static void PrintTo(const SettingsField& field, std::ostream* out) {
   *out << field.name;
 }
@@ -65,7 +65,7 @@ class EveryField : public Program, public testing::WithParamInterface<SettingsFi
     return settings;
   }
 
-  /// Returns the value as JSON and TOML write it.
+  /// Returns the field's value as JSON and TOML write it.
   std::string value_in(const Settings& settings) const {
     const auto json = to_json(settings);
     return json.contains(name()) ? json.at(name()).dump() : typed(settings);
@@ -105,7 +105,7 @@ TEST_P(EveryField, AppearsInSweepRecordAndTable) {
   EXPECT_NE(errors_csv({other}), errors_csv({record}));
 }
 
-TEST_P(EveryField, ListsInSweepFile) {
+TEST_P(EveryField, TakesListInSweepFile) {
   std::string text = "[[grid]]\nscenes = [\"" + scene("pendulum.gltf") + "\"]\n";
   if (name() == "step") {
     text += "algorithms = [\"a1\"]\ndivisions = [1, 2]\n";

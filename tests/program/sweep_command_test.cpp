@@ -133,7 +133,7 @@ TEST_F(SweepCommand, RefusesFilesByLine) {
   refuses("sweep nothing.toml", "nothing.toml");
   refuses("sweep small.toml --job 3/2", "--job '3/2'");
   refuses("sweep small.toml --job 1/2 --merge", "give one of them");
-  // Another program in sbatch's place takes the jobs
+  // Another program in sbatch's place takes the jobs.
   std::filesystem::create_directory(folder() / "bin");
   std::filesystem::create_symlink("/bin/true", folder() / "bin/sbatch");
   EXPECT_THAT(command("PATH=bin $P sweep small.toml --output 'r 7' --slurm 2").out,
@@ -155,7 +155,7 @@ TEST_F(SweepCommand, RunsExampleOfItsPage) {
   ASSERT_NE(begin, std::string::npos + 23);
   write("example.toml", text.substr(begin, text.find("\n```", begin) - begin) + "\n");
   copy_scene("rod_chain.gltf");
-  // Two scenes, two algorithms, four n and two kinds of joints; three steps of A1; a limit
+  // Two scenes, two algorithms, four n and two kinds of joints; three steps of A1; a limit.
   expect("sweep example.toml --output example", 0, {"36 jobs, 36 of them done now"});
 }
 

@@ -99,7 +99,7 @@ TEST_F(AutomaticView, IgnoresLostBodiesAndScenery) {
   EXPECT_EQ(view().eye, near.eye);
 }
 
-TEST_F(AutomaticView, KeepsBodiesLargeOnALargeGround) {
+TEST_F(AutomaticView, KeepsBodiesLargeOnLargeGround) {
   const View near = view();
   double largest = 0;
   for (const Part& part : gather_body_mesh(scene_).parts) {
@@ -184,7 +184,7 @@ TEST(ShadowView, HoldsAllPointsInItsMiddle) {
   }
 }
 
-TEST(ShadowView, LampViewHasAWidestAngle) {
+TEST(ShadowView, LimitsAngleOfLamps) {
   const ShadowView view =
       fit_lamp_view({0, 0, 0}, std::vector<glm::dvec3>{{-4, 0, 0.5}, {4, 0, 0.5}, {0, 0, 5}, {0, 1, -1}});
   EXPECT_NEAR(view.width, 6.6, 1e-12);

@@ -43,15 +43,15 @@ TEST(PictureAreas, CoverVisibleBodiesOnce) {
     return std::ranges::count(covered, 1);
   };
   EXPECT_LT(covered_area(), width * height / 3);
-  // Half out of the picture, and behind the eye.
+  // Move a body half out of the picture, then behind the eye.
   poses[1].linear += Vector3(renderer.view().right.x, renderer.view().right.y, renderer.view().right.z) * 2;
   covered_area();
   poses[1].linear = Vector3(renderer.view().eye.x, renderer.view().eye.y, renderer.view().eye.z);
   EXPECT_EQ(covered_area(), width * height);
 }
 
-TEST(SeenAreas, HoldEverySampleBeforeTheFarEnd) {
-  // Two samples a pixel each way; a box of no whole number of tiles, at (16, 32).
+TEST(SeenAreas, HoldAllSamplesOfBodies) {
+  // Take 2 × 2 samples in a pixel, and a box at (16, 32) that tiles do not divide.
   const Rectangle box{16, 32, 21, 13};
   std::vector<float> depths(std::size_t{42} * 26, 1.0F);
   EXPECT_TRUE(seen_areas(depths, box, 2).empty());
@@ -67,7 +67,7 @@ TEST(SeenAreas, HoldEverySampleBeforeTheFarEnd) {
   EXPECT_EQ(all[0].height, 16);
 }
 
-TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
+TEST(MovesBy, DetectsHundredthOfAPixel) {
   // A metre is a hundred pixels, 2 m in front of the eye.
   glm::dmat4 clip(1);
   clip[2] = {0, 0, -1, -1};
@@ -92,17 +92,17 @@ TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
   EXPECT_TRUE(moves(1e6, {0, 0, 2}, 0));  // behind the eye
 }
 
-TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
-  // From 2 m above the ground, down at a slant, with the horizon in the picture; a map of 8 × 8 cells of a
-  // metre.
+TEST(GroundAreas, KeepMarkedCellsOutOfOpenAreas) {
+  // Look down at a slant from 2 m above the ground, with the horizon in the picture, on a map of 8 × 8 cells
+  // of a metre.
   const glm::dvec3 eye(4, 2, 12);
   const glm::dvec3 corner(-0.9, -0.75, -1);
   const glm::dvec3 right(1.8 / width, 0, 0);
   const glm::dvec3 up(0, 0.9 / height, 0);
-  const glm::dmat3 place(glm::dvec3(0.125, 0, 0), glm::dvec3(0, 0.125, 0), glm::dvec3(0, 0, 1));
+  const glm::dmat3 to_map(glm::dvec3(0.125, 0, 0), glm::dvec3(0, 0.125, 0), glm::dvec3(0, 0, 1));
   const auto is_marked = [](std::size_t cell) { return cell == 20 || cell == 43; };
-  const MarkedCells some(8, place, is_marked);
-  const MarkedCells none(8, place, [](std::size_t) { return false; });
+  const MarkedCells some(8, to_map, is_marked);
+  const MarkedCells none(8, to_map, [](std::size_t) { return false; });
   for (const bool is_first : {true, false}) {
     const GroundAreas areas = ground_areas(eye, 2, corner, right, up, width, height, is_first ? some : none,
                                            is_first ? none : some);

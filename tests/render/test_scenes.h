@@ -11,7 +11,7 @@
 
 namespace substep::render {
 
-/// Returns the world, with a floor at y = 0 if wanted.
+/// Returns a scene of the world alone, with a floor at y = 0 where `with_floor`.
 inline Scene empty_scene(bool with_floor = true) {
   Scene scene;
   scene.name = "test";

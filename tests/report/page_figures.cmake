@@ -1,4 +1,4 @@
-# cmake -D program=… -D source=… -D folder=… -P page_figures.cmake
+# cmake -D program=… -D source=… -D folder=… -P page_figures.cmake: compares figures with those in scenes/pictures.
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 file(REMOVE_RECURSE ${folder})
 file(MAKE_DIRECTORY ${folder})

@@ -1,4 +1,4 @@
-// Figures as gnuplot draws them: text, sizes, layout and colours.
+// Tests figures as gnuplot draws them: text, sizes, layout and colours.
 
 #include "render/report/plot.h"
 
@@ -65,7 +65,7 @@ TEST(Plot, HasTheWidthAndTextSizeForPrint) {
     const FigureStyle style{.width = width, .text = width < 100 ? 7.0 : 9.0, .dpi = 200};
     const std::string svg = draw(sheet, PictureFormat::svg, style);
     EXPECT_DOUBLE_EQ(number_after(svg, " width=\""), width);
-    // Text of 12 units has the size asked for.
+    // Text of 12 units has the requested size.
     const double units = number_after(svg, "viewBox=\"0 0 ");
     EXPECT_NEAR(12 * width / 25.4 * 72 / units, style.text, 0.02);
     EXPECT_THAT(svg, HasSubstr("font-size=\"12.00\""));
@@ -77,8 +77,8 @@ TEST(Plot, HasTheWidthAndTextSizeForPrint) {
   }
 }
 
-TEST(Plot, HasTheFontAskedFor) {
-  // On screens a rule of the style sheet decides, not the attributes that gnuplot writes
+TEST(Plot, UsesRequestedFont) {
+  // On screens a rule of the style sheet decides, not the attributes that gnuplot writes.
   EXPECT_THAT(draw(two_panels(), PictureFormat::svg, {.font = "Liberation Sans"}),
               AllOf(HasSubstr("text{font-family:'Liberation Sans',"), Not(HasSubstr("DejaVu Sans"))));
 }
@@ -114,7 +114,7 @@ TEST(Plot, ShowsTheChosenPanelsAndSeries) {
             "the figure has no series 'three': it has one; two");
 }
 
-TEST(Plot, HasTheRangeAskedFor) {
+TEST(Plot, UsesRequestedRange) {
   EXPECT_THAT(svg_of(with_ranges(two_panels(), std::array<double, 2>{1e-8, 1e4}, {})),
               HasSubstr("-8</tspan>"));
   EXPECT_THAT(svg_of(with_ranges(two_panels(), {}, {})), Not(HasSubstr("-8</tspan>")));
@@ -153,7 +153,7 @@ std::vector<Box> texts_of(const std::string& svg) {
     Box box{};
     double width = 0;
     double height = 0;
-    // Measure each span: a tic's exponent is a smaller span of its own
+    // Measure each span: a tic's exponent is a smaller span of its own.
     const std::string spans = match[6];
     for (std::sregex_iterator part(spans.begin(), spans.end(), span); part != end; ++part) {
       const std::string attributes = (*part)[1];
@@ -198,7 +198,7 @@ Sheet sheet_of(int series, int panels) {
   return sheet;
 }
 
-/// Returns the style for print of this width, mm; of 0 the style for screens.
+/// Returns the style for print of this width, mm; for width 0 the style for screens.
 FigureStyle style_for(double width) {
   FigureStyle style;
   if (width > 0) style.width = width;
@@ -232,7 +232,7 @@ void expect_separate(const Sheet& sheet, const FigureStyle& style) {
     EXPECT_TRUE(std::ranges::count(texts, entry.lines[0], &Box::text) > 0) << entry.lines[0];
 }
 
-TEST(PlotLayout, KeepsTextsApart) {
+TEST(PlotLayout, SeparatesTexts) {
   for (const double width : {0.0, 85.0, 178.0}) {
     for (int series = 1; series <= 12; ++series) {
       for (const int panels : {1, 2, 3, 5}) expect_separate(sheet_of(series, panels), style_for(width));
@@ -283,8 +283,8 @@ Vector3 lab(const Vector3& light) {
   return {116 * t[1] - 16, 500 * (t[0] - t[1]), 200 * (t[1] - t[2])};
 }
 
-/// Returns the smallest difference in colour of two inks, as seen with normal sight, protanopia and
-/// deuteranopia (Machado, Oliveira and Fernandes 2009).
+/// Returns the smallest difference of two of render::inks, in L*a*b*, as seen with normal sight, protanopia
+/// and deuteranopia (Machado, Oliveira and Fernandes 2009).
 double distance(int a, int b) {
   Matrix3 protanopia;
   protanopia << 0.1523, 1.0526, -0.2049, 0.1145, 0.7863, 0.0992, -0.0039, -0.0481, 1.0520;
@@ -296,7 +296,7 @@ double distance(int a, int b) {
   return std::min({seen_with(Matrix3::Identity()), seen_with(protanopia), seen_with(deuteranopia)});
 }
 
-TEST(Inks, EnginesDifferForTheColourBlind) {
+TEST(Inks, DifferForColourBlindness) {
   std::map<std::string, int> hues;
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5})
     hues[std::string(title_of(algorithm))] = render::hue_of(algorithm);

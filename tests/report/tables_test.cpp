@@ -1,4 +1,4 @@
-// Figures and tables of made-up records, documents, and the maps behind figures.
+// Tests figures and tables of made-up records, documents, and the maps behind figures.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

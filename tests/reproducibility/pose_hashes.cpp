@@ -4,7 +4,7 @@
 //
 //     pose_hashes [--entry MODE] BODY_STEPS SCENE.gltf …
 //
-// MODE is how the processor is set when the library is entered: upward, downward, toward-zero, flush-to-zero.
+// MODE is one of set_floating_point_mode(), in which the library is entered.
 
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ namespace {
 
 using namespace substep;
 
-/// Only those that make a difference.
+/// Returns the joint treatments that can give different states.
 std::vector<Joints> treatments(const Scene& scene, Algorithm algorithm) {
   if (scene.joints.empty() || algorithm == Algorithm::a1 || algorithm == Algorithm::a2) return {Joints::rows};
   return {Joints::rows, Joints::plain, Joints::stable};
@@ -59,7 +59,7 @@ int main(int count, char** arguments) {
           settings.contact_tau = 1.1;
           settings.contact_kappa = 0.8;
           Simulation simulation(scene, settings);
-          // Counted so that this program's own rounding does not add a step.
+          // Round the number of steps once, so that this program's own rounding adds none.
           const std::int64_t steps = std::llround(2 / settings.step);
           while (simulation.steps() < steps && simulation.steps() * scene.bodies.size() < most_body_steps) {
             if (simulation.step().status == StepReport::Status::diverged) break;

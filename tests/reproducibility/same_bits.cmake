@@ -1,7 +1,7 @@
 # cmake -D program=… -D source=… -D build=… -D compiler=… -D body_steps=… -P same_bits.cmake
 #
 # Fails where the state hashes of a scene in scenes/, published/ left out, differ between `program` and
-# - itself without AVX2 and FMA in the C library's eyes,
+# - itself, with AVX2 and FMA hidden from the C library,
 # - the same source, built with `compiler` at -O1.
 
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
