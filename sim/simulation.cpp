@@ -99,7 +99,7 @@ struct Simulation::Implementation {
       }
     }
     if (follows_tension) {
-      // Less by a little more than rounding, which would divide one step size in nine.
+      // Reduce the limit by more than rounding, which would else divide steps of one size in nine.
       const double least = (1 - 1e-9) * equal_parts * allowed_swing / settings.step;
       state.transverse_frequency = transverse_frequency(problem, part_settings.step, least, stiffness);
     }
@@ -135,7 +135,8 @@ struct Simulation::Implementation {
         take(part);
         if (report.status == StepReport::Status::diverged) return part;
         const auto missed = is_last ? std::nullopt : finder.missed(start_q, state.q, part);
-        // The path to what was missed bends at an impact, so its time is known only from there on.
+        // Stop at the first impact: it bends the path to what was missed, whose time is known only
+        // afterwards.
         const double first = finder.first_impact();
         if (missed) sooner = std::max(first < part ? first : *missed, shortest);
         if (!missed || !(sooner < part)) {
@@ -307,7 +308,7 @@ struct Simulation::Implementation {
   Model model;
   ContactFinder finder;
   State state;
-  std::vector<Coordinates> before_q;
+  std::vector<Coordinates> before_q;  ///< at the step's start
   std::vector<Velocity> before_v;
   std::vector<Coordinates> start_q;  ///< at the current part's start
   std::vector<Velocity> start_v;
@@ -315,13 +316,13 @@ struct Simulation::Implementation {
   std::vector<PatchShape> remembered_patches;
   std::vector<double> remembered_joints;
   Settings part_settings;
-  bool is_warm = false;  ///< the last step's impulses are remembered
+  bool is_warm = false;  ///< the last step's impulses are kept for the next
   /// Largest h ω of a swing, ω in rad/s; explicit steps diverge above 2.
   static constexpr double allowed_swing = 1.7;
   static constexpr double most_divided = 64;     ///< most equal parts of a step
   bool follows_tension = false;                  ///< A1 with a joint that locks a point
   std::vector<Matrix3> stiffness;                ///< by body
-  int equal_parts = 1;                           ///< of a step; least number
+  int equal_parts = 1;                           ///< least number of equal parts of a step
   int most_equal_parts = 1;                      ///< largest number so far
   double equal_part = 0;                         ///< duration of each, s
   Mlcp first_unsolved;                           ///< of the parts of an unsolved step

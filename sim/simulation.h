@@ -16,8 +16,7 @@ namespace substep {
 struct Problem;
 struct Work;
 
-/// Computes a step's velocities and coordinates from a formulated problem, as proc1 … proc5 of algorithms.h
-/// do.
+/// Steps velocities and coordinates of a formulated problem, as proc1 … proc5 of algorithms.h do.
 using Procedure = std::function<void(std::vector<Coordinates>& q, std::vector<Velocity>& v,
                                      const Settings& settings, Problem& problem, Work& work)>;
 
@@ -26,18 +25,17 @@ struct StepReport {
   enum class Status {
     ok,
     least_squares,  ///< A1: redundant rows contradict one another by `residual`; all else is solved
-    unsolved,  ///< A1 found no solution to the accuracy asked for: see `residual`; the best one found was
-               ///< used
-    diverged,  ///< the state is no longer finite; it is left as it was before the step
+    unsolved,       ///< A1 found no solution to its tolerance, and used the best one: see `residual`
+    diverged,       ///< the step gave a state that is not finite; bodies are left as before the step
   };
   Status status = Status::ok;
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
-  std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
+  std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once per active set
   int active_sets = 0;          ///< A1: active sets tried, in the island that took most
   double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;        ///< A1: rows that are violated by more than rounding
-  int diverged_body = 0;
+  int diverged_body = 0;        ///< the first body whose numbers are not finite
 };
 
 /// The reason for which Simulation::equal_parts() is above one.
@@ -48,7 +46,7 @@ class Simulation {
  public:
   /// Throws Error when the settings cannot be used or a part of the scene cannot be modelled. With a
   /// `procedure`, for experiments within the repository, sets up frames, rows and blocks for the settings'
-  /// algorithm, but steps with it.
+  /// algorithm, but steps with `procedure`.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure = nullptr);
 
   ~Simulation();

@@ -43,22 +43,22 @@ struct MeasureOptions {
   std::optional<fs::path> run;
 };
 
-/// Returns the usual settings, with those of the command line.
+/// Returns the usual settings of an algorithm, with those that the command line sets.
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
   Settings settings = options.solver.settings(scene, algorithm);
-  // Leave out the warm start of A1, which would be refused there.
+  // Reset the warm start in A1, which would refuse it.
   for (const SettingsField& field : settings_fields) {
     if (field.can_be_left_out && is_of_report(field.first) && !field.is_read_by(algorithm))
       copy(settings, field, Settings{});
   }
   check(settings);
-  // Give A2 as many row solves as the others have.
+  // Give A2 as many row solves as A3 to A5 have: n·m iterations.
   const bool has_m = options.solver.has("iterations");
   if (algorithm == Algorithm::a2 && (options.equal_rows || has_m || options.solver.has("substeps"))) {
     if (!has_m) settings.iterations = 1;
     settings.iterations *= settings.substeps;
     check(settings);
-    // Divide by the parts of a step, which taut joints may divide.
+    // Divide them among the equal parts of a step, into which taut joints divide it.
     const int parts = Simulation(scene, settings).equal_parts();
     if (parts > settings.iterations)
       fmt::print(stderr, "substep: note: A2 takes a step in {} parts: more row solves than A3 to A5\n",
@@ -68,9 +68,9 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   return settings;
 }
 
-/// Returns A1 with the smallest step that has at most 1 % more row solves than `rows`; nothing where that is
-/// its own step. Row solves of contacts depend on the active sets, so they must be measured. Shorter steps
-/// have fewer equal parts, so that they cost no more until none is divided.
+/// Returns A1 with the smallest step that has at most 1 % more row solves than `rows`; nothing where no
+/// smaller step has. Row solves of contacts depend on the active sets, so they must be measured. Shorter
+/// steps are divided into fewer parts, so that they cost no more until none is divided.
 std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMotion& reference,
                                            std::int64_t rows, const MeasuredSettings& direct) {
   const auto most = static_cast<double>(rows) * 1.01;
@@ -102,7 +102,7 @@ ReferenceMotion reference_of(const MeasureOptions& options, const Scene& scene, 
   return reference_motion(scene, duration, threads, options.cache.cache());
 }
 
-/// Writes the reference's motion, or throws where there is none.
+/// Writes the reference's motion; exits with code 1 where there is none.
 void write_reference(const MeasureOptions& options, const Scene& scene) {
   const fs::path& file = *options.reference;
   require_folder_of(file);
@@ -135,17 +135,17 @@ std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene
     if (options.equal_rows && algorithm == Algorithm::a2) {
       // Also measure one sweep per step of h/(n·m), with as many row solves as n·m sweeps per step of h.
       const Settings substepping = settings_of(options, scene, Algorithm::a3);
-      Settings in_steps = runs.back().settings;
-      in_steps.step /= substepping.substeps * substepping.iterations;
-      in_steps.iterations = 1;
-      runs.push_back({in_steps, "", {}, {}});
+      Settings single_sweeps = runs.back().settings;
+      single_sweeps.step /= substepping.substeps * substepping.iterations;
+      single_sweeps.iterations = 1;
+      runs.push_back({single_sweeps, "", {}, {}});
     }
   }
   for (const MeasuredSettings& run : runs) Sampling(run.settings.step, scene.step);
   return runs;
 }
 
-/// Measures the runs, or the states of a pose table in their place.
+/// Measures the runs or, with --run, the states of a pose table in their place.
 void measure_runs(const MeasureOptions& options, const Scene& scene, std::vector<State> states,
                   SceneMeasurement& measurement) {
   Progress progress;

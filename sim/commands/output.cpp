@@ -19,7 +19,7 @@ void Progress::clear() {
   is_shown_ = false;
 }
 
-void Progress::show(std::string_view stage, double share) {
+void Progress::show(std::string_view stage, double fraction) {
   if (!is_terminal_) return;
   const Clock::time_point now = Clock::now();
   if (stage != stage_) {
@@ -30,11 +30,11 @@ void Progress::show(std::string_view stage, double share) {
   }
   last_shown_ = now;
   is_shown_ = true;
-  std::string line = fmt::format("{} {:.0f} %", stage_, 100 * share);
+  std::string line = fmt::format("{} {:.0f} %", stage_, 100 * fraction);
   const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
-  // Before that the estimate would jump.
-  if (elapsed > 0.5 && share > 0.01)
-    line += fmt::format(", {:.0f} s left", std::ceil(elapsed * (1 - share) / share));
+  // Estimate the time left only when the estimate no longer jumps.
+  if (elapsed > 0.5 && fraction > 0.01)
+    line += fmt::format(", {:.0f} s left", std::ceil(elapsed * (1 - fraction) / fraction));
   fmt::print(stderr, "\r\x1b[K{}", line);
   std::fflush(stderr);
 }

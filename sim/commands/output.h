@@ -15,8 +15,8 @@
 
 namespace substep {
 
-/// A line on the terminal with the current task and the time left. It is written to stderr, and only where
-/// that is a terminal, and cleared at its end.
+/// A line on stderr with the current task, the percentage done and the time left. The destructor clears it.
+/// Nothing is written where stderr is no terminal.
 class Progress {
  public:
   Progress();
@@ -24,8 +24,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void show(std::string_view stage, double share);
-
+  void show(std::string_view stage, double fraction);  ///< shows that a fraction of the stage is done
   /// Clears the line, so that another can be printed; the next show() draws it again.
   void clear();
 
@@ -39,16 +38,16 @@ class Progress {
   Clock::time_point last_shown_;
 };
 
-/// Prints a line on stderr for each violation of the run that `label` names, and marks those for which the
-/// run is not bounded.
+/// Prints a line on stderr for each violation of the run that `label` names. Lines of violations that are
+/// more than warnings begin with "not bounded".
 void warn_of(const Scene& scene, const std::string& label, const std::vector<Violation>& violations);
 
-/// --output, of commands that print a text or write it to a file.
+/// The option --output of commands that print a text or write it to a file.
 struct OutputOption {
   std::optional<std::filesystem::path> file;
 
   void add_to(CLI::App& command);
-  /// Throws Error where the file cannot be made.
+  /// Throws Error where the file's folder is missing or the file is a folder.
   void require_folder() const;
   /// Prints the text, or writes it and prints the file's name.
   void write(const std::string& text) const;
@@ -58,7 +57,7 @@ struct OutputOption {
 /// node, and its velocities (m/s, rad/s), in the world.
 inline constexpr std::string_view csv_columns = "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
 
-/// Returns a line of these columns for each dynamic or pivoting body, with `more` at the end of each.
+/// Returns a line of these columns for each dynamic or pivoting body, followed by `more`. `time`: s.
 std::string csv_lines(const Scene& scene, const State& state, double time, std::string_view more = "");
 
 }  // namespace substep

@@ -19,18 +19,18 @@
 namespace substep {
 namespace {
 
-// Everything below up to handle() runs in signal handlers: system calls, and nothing that allocates.
+// All functions up to handle() run in signal handlers: they make system calls and do not allocate.
 
+/// Writes a line to stderr in place of the progress line.
 void say(std::string_view line) noexcept {
   if (::isatty(STDERR_FILENO) != 0) {
-    // Progress may stand there.
     constexpr std::string_view clear_line = "\r\x1b[K";
     if (::write(STDERR_FILENO, clear_line.data(), clear_line.size()) < 0) return;
   }
   if (::write(STDERR_FILENO, line.data(), line.size()) < 0) return;
 }
 
-/// Ends the process by `signal`, as its parent expects to see.
+/// Ends the process by `signal`, so that its parent sees the signal as the cause.
 void end_by(int signal) noexcept {
   std::signal(signal, SIG_DFL);
   sigset_t only;
@@ -57,7 +57,7 @@ bool memory_is_limited() noexcept {
 
 extern "C" void substep_failed(int signal) {
   remove_partial_files();
-  // LLVM and Mesa, which draw, abort where memory ends, or use what they did not get.
+  // Report missing memory: where it is limited, LLVM and Mesa abort or use null when they get none.
   if (memory_is_limited()) ::_exit(refuse_for_memory());
   say("substep: ended by a fault in it or in a library that it uses: please report it\n");
   end_by(signal);
@@ -77,18 +77,18 @@ void handle(int signal, void (*handler)(int)) {
 
 void prepare_process() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    // For reading, so that writing to a closed standard output stays the error that it is.
+    // Open standard output for reading, so that writing to it remains an error.
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
   }
   std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGCHLD, SIG_DFL);  // ignored, it would take away the exit codes of children
+  std::signal(SIGCHLD, SIG_DFL);  // ignored, it would discard the exit codes of children
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) handle(signal, substep_ended_by_signal);
-  // An overflowing stack has no room for a handler.
-  static std::array<char, 1 << 16> stack;
-  stack_t own{};
-  own.ss_sp = stack.data();
-  own.ss_size = stack.size();
-  ::sigaltstack(&own, nullptr);
+  // Give handlers their own stack: one that overflows has no room for them.
+  static std::array<char, 1 << 16> memory;
+  stack_t stack{};
+  stack.ss_sp = memory.data();
+  stack.ss_size = memory.size();
+  ::sigaltstack(&stack, nullptr);
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) handle(signal, substep_failed);
 }
 

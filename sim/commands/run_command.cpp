@@ -35,14 +35,14 @@ struct RunOptions {
   bool strict = false;
 };
 
-/// The figures and warnings of a run; warnings are errors with --strict.
+/// The figures and warnings of a run. With --strict warnings are errors.
 class RunSummary {
  public:
   RunSummary(const Simulation& simulation, const Settings& settings)
       : scene_(simulation.scene()),
         settings_(settings),
         invariants_(scene_, simulation.state()),
-        // Measure penetration, which finds contacts again, about 60 times per simulated second.
+        // Measure penetration about 60 times per simulated second, since that searches for contacts again.
         every_(std::max(1, static_cast<int>(std::lround(1 / (60 * settings.step))))) {
     invariants_.add(simulation.state(), 0, metrics_);
   }
@@ -74,7 +74,7 @@ class RunSummary {
   }
 
   /// Prints the warnings of a run that did not diverge, except `doubt`, which was printed before the run.
-  /// Returns the run's end unless it is "ok", and the errors.
+  /// Returns the errors, first the run's `end` unless it is "ok"; empty where there is none.
   std::string judge(const std::string& end, bool is_strict, const std::string& doubt) const {
     std::vector<std::string> errors;
     if (end != "ok") errors.push_back(end);
@@ -100,8 +100,8 @@ class RunSummary {
   Metrics metrics_;
   int unsolved_ = 0;
   int least_squares_ = 0;
-  int contradicting_ = 0;  // rows, the most in a step
-  double residual_ = 0;    // the largest
+  int contradicting_ = 0;  // most contradicting rows of a step
+  double residual_ = 0;    // largest of a least-squares step
 };
 
 /// Throws Error if an output is also another output or a file of the scene, or cannot be written.

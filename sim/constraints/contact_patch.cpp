@@ -16,7 +16,7 @@ constexpr double flatness = 1e-10;
 /// Distance from a side within which a corner is left out, relative to the patch's radius.
 constexpr double collinear = 1e-6;
 
-/// Normal equations of planes through values at a manifold's points.
+/// The normal equations of planes through values at a manifold's points.
 struct PlaneFit {
   void add(double x, double y) {
     xx += x * x;
@@ -71,11 +71,11 @@ bool can_be_in_patch(const Contact& contact) {
 /// A manifold's points in a patch's axes, and the means over them.
 struct PatchPoints {
   std::array<PatchPoint, most_in_manifold> position{};
-  double gap[most_in_manifold];
+  double gap[most_in_manifold];  ///< along the normal, m
   double mean_gap = 0;
-  double mean_left = 0;
-  double moved[2] = {0, 0};
-  double radius = 0;
+  double mean_left = 0;      ///< of the overlaps that later steps recover, m
+  double moved[2] = {0, 0};  ///< mean displacement of friction along the tangents, m
+  double radius = 0;         ///< mean distance from the centre, m
   PlaneFit fit;
 };
 
@@ -105,7 +105,7 @@ PatchShape start_shape(const Contact* contacts, int count, const Coordinates& a,
   return shape;
 }
 
-/// Places the points in the patch's axes, and takes the means over them.
+/// Returns the points in the patch's axes, and the means over them.
 PatchPoints measure_points(const Contact* contacts, int count, const PatchShape& shape) {
   PatchPoints points;
   for (int i = 0; i < count; ++i) {

@@ -53,38 +53,39 @@ struct ContactFinder::Pair {
   std::uint32_t b;
   const Velocity& va;
   const Velocity& vb;
-  Pose body_a;  ///< when they touch
+  Pose body_a;  ///< pose of a's body when the colliders touch
   Pose body_b;
   // Orientations at the start of the step.
   const Quaternion& start_a;
   const Quaternion& start_b;
-  // Rotations to the bodies' frames when the rows that solve the meeting are formulated: arms and normals
-  // have the directions in the world that they have when the bodies meet.
+  // Rotations from the world to the bodies' frames when the rows that solve the meeting are formulated: in
+  // the world, arms and normals have the directions that they have when the bodies meet.
   Quaternion to_a;
   Quaternion to_b;
-  int formulated = 0;  ///< the sub-step that does so
+  int formulated = 0;  ///< sub-step that formulates those rows, from 0
   PairMaterial material;
-  Vector3 acceleration;            ///< by gravity, of a relative to b, m/s²
-  double fall;                     ///< speed that gravity gives a relative to b in a step, m/s
-  double speed;                    ///< of a relative to b, and gravity's in a step, m/s
-  double size;                     ///< of the smaller shape, m
-  double time;                     ///< until they meet, s
-  Vector3 path = Vector3::Zero();  ///< of a relative to b until they meet, m
-  std::span<const ContactMemory> remembered;
-  const PatchShape* patch;               ///< of the step before, or null
-  Vector3 patch_slip = Vector3::Zero();  ///< of `patch`: m, m, rad
+  Vector3 acceleration;                       ///< by gravity, of a relative to b, m/s²
+  double fall;                                ///< speed that gravity gives a relative to b in a step, m/s
+  double speed;                               ///< of a relative to b, plus what gravity adds in a step, m/s
+  double size;                                ///< of the smaller shape, m
+  double time;                                ///< until the colliders meet, s
+  Vector3 path = Vector3::Zero();             ///< of a relative to b until they meet, m
+  std::span<const ContactMemory> remembered;  ///< the pair's points in the contact cache
+  const PatchShape* patch;                    ///< the pair's patch of the step before, or null
+  Vector3 patch_slip = Vector3::Zero();       ///< slip of `patch` along its tangents, m; twist, rad
 
-  /// Returns a direction in b's frame. It turns as the contact's normal until the rows are formulated.
+  /// Returns a direction in b's frame, turned as the contact's normal turns until the rows are formulated.
   Vector3 in_b(const Contact& contact, const Vector3& direction) const {
     if (formulated > 0 && contact.turns_with_a) return start_b.conjugate() * (start_a * (to_a * direction));
     return contact.turns_with_neither ? start_b.conjugate() * direction : to_b * direction;
   }
+  /// Returns the velocity of a point of a relative to the point of b that it touches, m/s, world.
   Vector3 velocity_at(const Vector3& arm_a, const Vector3& arm_b) const {
     return va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
   }
 };
 
-/// Returns two colliders as they are in the state, or `time` later, under gravity alone.
+/// Returns two colliders `time` s after the state, moved under gravity alone.
 ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, double time) const {
   const Collider& on_a = *candidates_[a].collider;
   const Collider& on_b = *candidates_[b].collider;
@@ -129,7 +130,7 @@ ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, dou
   return pair;
 }
 
-/// Adds the contacts of `points_`, with which two colliders touch after `time`.
+/// Adds the contacts of `points_`, at which two colliders touch after `time` s.
 void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) {
   if (points_.empty()) return;
   const Pair pair = pair_of(a, b, time);
@@ -190,12 +191,12 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
   }
 }
 
-/// Sets whether a point has an impact, and the approach of the pair. `velocity`: of the point on a relative
-/// to b.
+/// Sets a point's restitution, or that it has no impact, and updates `approach_` and `separates_` of the
+/// pair. `velocity`: of the point on a relative to b, m/s.
 void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity,
                                double slip_speed, Contact& contact) {
   const double restitution = pair.material.restitution;
-  // Exceed two sub-steps' fall from rest by more than rounding, which would decide whether it bounces.
+  // Exceed two sub-steps' fall from rest by more than rounding, which would else decide whether it bounces.
   contact.resting_acceleration = (2 + 1e-9) * pair.acceleration.norm();
   contact.acceleration = -point.normal.dot(pair.acceleration);
   // Give no impact to bodies that do not approach at the start of the step, though others may press them
@@ -209,15 +210,15 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
   const bool is_impact = approach > resting_fraction * pair.speed && (restitution > 0 || is_hard);
   contact.restitution = is_impact ? restitution : Contact::no_impact;
   contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing_fraction * pair.size;
-  const double part_of_size = duration_ * approach / pair.size;
-  separates_ = separates_ && part_of_size < -tolerated_overlap;
-  if (is_impact && part_of_size > (restitution > 0 ? tolerated_overlap : aside)) {
+  const double path_over_size = duration_ * approach / pair.size;
+  separates_ = separates_ && path_over_size < -tolerated_overlap;
+  if (is_impact && path_over_size > (restitution > 0 ? tolerated_overlap : aside)) {
     approach_ = std::max(approach_, approach - duration_ * contact.resting_acceleration);
   }
 }
 
-/// Sets the distance at the start of two points that meet later: their path until then, and the turning of
-/// their arms.
+/// Sets the gap and the displacements that two points which meet later have at the start, from their path
+/// until then and the turning of their arms.
 void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, Contact& contact) const {
   const Vector3 arm_a = point.on_a - pair.body_a.position;
   const Vector3 arm_b = point.on_b - pair.body_b.position;
@@ -231,8 +232,7 @@ void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, Con
   contact.displacement_2 = -(pair.start_b * contact.tangent_b2).dot(apart);
 }
 
-/// Sets the cached data of a point that touches: the overlap that later steps recover, and the displacement
-/// of friction.
+/// Restores a touching point's cached data, and sets the overlap that later steps recover.
 void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double slip_speed,
                            Contact& contact) const {
   const double slip = duration_ * slip_speed;
@@ -246,8 +246,8 @@ void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double s
   contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
 }
 
-/// Returns the overlap that a step recovers, m: as much as gravity takes back in the next, so that the bodies
-/// do not separate. Without gravity, recovering the smaller shape's size takes ten seconds.
+/// Returns the overlap that a step recovers, m: at most what gravity undoes in the next step, so that the
+/// bodies do not separate. Without gravity, a tenth of the smaller shape's size per second.
 double ContactFinder::recovered(const Contact& contact) const {
   const double gravity = model_.gravity.norm();
   const double speed =
@@ -255,7 +255,7 @@ double ContactFinder::recovered(const Contact& contact) const {
   return duration_ * speed;
 }
 
-/// Sets the motion of the point and the normal where one or both of the colliders roll.
+/// Sets how the point and the normal move where one or both of the colliders are curved.
 void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
                                 Contact& contact) const {
   const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,
@@ -281,7 +281,7 @@ void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, c
   contact.turns_with_neither = b_is_curved && a_is_curved;
 }
 
-/// Sets the cached data of the nearest of these colliders' points, if it is the same point.
+/// Restores force and displacement of the pair's nearest cached point, if that is the same point.
 void ContactFinder::recall_point(std::span<const ContactMemory> remembered, double overlap, double slip,
                                  Contact& contact) const {
   if (remembered.empty()) return;
@@ -312,7 +312,7 @@ void ContactFinder::recall_point(std::span<const ContactMemory> remembered, doub
   contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
 }
 
-/// Sets the cached data from two colliders' patch.
+/// Restores force and displacement from the pair's patch. `slip`: of the patch since it was found.
 void ContactFinder::recall_patch(const PatchShape& patch, const Vector3& slip, double overlap,
                                  Contact& contact) const {
   const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);

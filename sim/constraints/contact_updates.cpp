@@ -1,4 +1,4 @@
-// Updates of contacts' rows between sub-steps: impacts, origins of friction's limits, biases.
+// Updates contacts' rows between sub-steps: impacts, origins of friction's limits, biases.
 
 #include <span>
 
@@ -8,9 +8,9 @@
 namespace substep {
 namespace {
 
-/// Returns the speed after an impact that has e² of the energy before it, in the discrete motion: with x the
-/// gap, u the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v'
-/// keep ½u² + ½ g hs u + g x in flight. With e = 1 the ball returns to the height from which it fell.
+/// Returns the speed after an impact that keeps e² of the energy, m/s. With x the gap, u the approach, and g
+/// the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v' keep ½u² + ½ g hs u + g x in
+/// flight. With e = 1 a ball so returns to the height from which it fell.
 SUBSTEP_KERNEL Lanes rebound(const RestitutionRow& row, const Lanes& gap, const Lanes& approach, double hs) {
   const Lanes squared = row.coefficient * row.coefficient;
   const Lanes gain = row.acceleration * all(hs);
@@ -20,15 +20,14 @@ SUBSTEP_KERNEL Lanes rebound(const RestitutionRow& row, const Lanes& gap, const 
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
-/// Returns a mask of the contacts that had an impact in the sub-step before. The impulse of an impact
-/// remains, but its velocity is no longer required: in Newton's cradle other contacts pass it on, and to
-/// restore it would add energy.
+/// Returns a mask of the contacts whose impact was in the sub-step before. The impulse of an impact remains,
+/// but the velocity after it is no longer required: in Newton's cradle other contacts pass it on, and
+/// restoring it would add energy.
 SUBSTEP_KERNEL auto had_impact(const RestitutionRow& row) {
   return row.impact * (row.coefficient + all(1) - row.closes) > all(0);
 }
 
-/// Moves the origin of a point's friction to its impulses where the mask is set, so that the friction can
-/// turn with the slip.
+/// Moves the origin of a point's friction to its impulses by a mask, so that friction can turn with the slip.
 template <typename Mask>
 SUBSTEP_KERNEL void move_origin(const Mask& mask, const Lanes& normal, FrictionRows& rows) {
   for (int k = 0; k < 2; ++k) rows.origin[k] = choose(mask, rows.row[k].impulse, rows.origin[k]);

@@ -18,8 +18,7 @@ SUBSTEP_KERNEL Lanes all(double value) {
   return Lanes{value, value, value, value};
 }
 
-/// Returns `yes` in lanes where `mask` is all ones, else `no`. Does no arithmetic, so a NaN stays in its
-/// lane.
+/// Returns `yes` in lanes where `mask` is all ones, else `no`, without arithmetic: a NaN stays in its lane.
 template <typename Mask>
 SUBSTEP_KERNEL Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
   return mask ? yes : no;
@@ -109,7 +108,7 @@ SUBSTEP_KERNEL BodyVelocities gather(const std::vector<Velocity>& v, const std::
     TwoDoubles pair[lanes];
     for (int lane = 0; lane < lanes; ++lane)
       std::memcpy(&pair[lane], v[body[lane]].linear.data() + 2 * k, sizeof(TwoDoubles));
-    // Transpose pairs of lanes 0 and 2, then of 1 and 3, into a vector for each component
+    // Transpose pairs of lanes 0 and 2, then of 1 and 3, into a vector for each component.
     const Lanes even = __builtin_shufflevector(pair[0], pair[2], 0, 1, 2, 3);
     const Lanes odd = __builtin_shufflevector(pair[1], pair[3], 0, 1, 2, 3);
     component[2 * k] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
@@ -118,6 +117,7 @@ SUBSTEP_KERNEL BodyVelocities gather(const std::vector<Velocity>& v, const std::
   return {{{component[0], component[1], component[2]}}, {{component[3], component[4], component[5]}}};
 }
 
+/// Writes the velocities of the first `count` lanes to their bodies.
 SUBSTEP_KERNEL void scatter(const BodyVelocities& from, const std::array<int, lanes>& body, int count,
                             std::vector<Velocity>& v) {
   const Lanes component[2 * pairs_of_velocity] = {from.linear[0],  from.linear[1],  from.linear[2],
@@ -145,9 +145,8 @@ SUBSTEP_KERNEL Lanes row_velocity(const LaneVectors& direction, const ContactRow
 }
 
 /// Returns 1 where a point or patch slides as it did in the last step, so that friction does not pull its
-/// displacement back; else 0.
-/// A point that begins to slide keeps its displacement, since its normal impulse may be too small after one
-/// sweep.
+/// displacement back; else 0. A point that begins to slide keeps its displacement, since its normal impulse
+/// may be too small after one sweep.
 template <typename Friction>
 SUBSTEP_KERNEL Lanes keeps_sliding(const Friction& friction) {
   return friction.slides * friction.slid;
@@ -170,7 +169,7 @@ SUBSTEP_KERNEL LaneVectors gather(const Four<Item>& of, Vector3 Item::*member) {
   return gather(of[0]->*member, of[1]->*member, of[2]->*member, of[3]->*member);
 }
 
-/// Returns a number of each item: a member, or what a function returns. True is 1.
+/// Returns a number of each item: the value of a member or function. True is 1.
 template <typename Item, typename Value>
 SUBSTEP_KERNEL Lanes gather(const Four<Item>& of, const Value& value) {
   const auto of_lane = [&](int lane) __attribute__((always_inline)) {
@@ -213,7 +212,7 @@ SUBSTEP_KERNEL LaneVectors turned_back(const LaneMatrices& r, const LaneVectors&
   return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
 }
 
-/// The input of a formulation of a step's rows.
+/// The input from which rows of contacts are formulated.
 struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
@@ -227,8 +226,8 @@ struct Formulation {
 struct BatchBodies {
   LaneMatrices rotation_a;
   LaneMatrices rotation_b;
-  LaneVectors offset;  ///< from b's centre of mass to a's
-  Lanes inverse_mass;  ///< sum of both bodies'
+  LaneVectors offset;  ///< from b's centre of mass to a's, m, world
+  Lanes inverse_mass;  ///< sum of both bodies', 1/kg
 };
 
 SUBSTEP_KERNEL BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
@@ -261,8 +260,7 @@ struct KernelData {
   PointRows rows;
 };
 
-/// Scales the impulses of the last slip where the normal impulse is below that of the slip: by the ratio of
-/// the two.
+/// Scales the impulses of the last slip by the ratio of the normal impulses, where that is below 1.
 template <typename Friction>
 SUBSTEP_KERNEL void reduce_origin(Friction& friction, const Lanes& normal) {
   const auto is_less = normal < friction.origin_normal;

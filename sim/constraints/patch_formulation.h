@@ -1,6 +1,5 @@
 #pragma once
-/// Formulates the rows of contact patches (stage s2 of a sub-step, formulate.h). Part of
-/// contact_formulation.cpp.
+/// Formulates the rows of contact patches (s2, formulate.h). Only contact_formulation.cpp includes it.
 
 #include <algorithm>
 
@@ -8,14 +7,15 @@
 
 namespace substep {
 
-/// Γ of a patch: the change of the velocity at the patch's centre by an impulsive wrench there.
+/// Γ of a patch: the change of the velocity at its centre by an impulsive wrench there. 3×3 matrices by rows,
+/// along the patch's axes: normal, tangents.
 struct PatchGamma {
   Lanes linear_by_force[9];
-  Lanes linear_by_torque[9];  ///< its transpose is the change of spin by a force
-  Lanes turning_by_torque[9];
+  Lanes linear_by_torque[9];  ///< transpose: change of spin by a force
+  Lanes spin_by_torque[9];
 };
 
-/// Adds one body's part to Γ.
+/// Adds a body's contribution to Γ. `axes`: the patch's, `arm`: along them, both of this body.
 SUBSTEP_KERNEL void add_body(const LaneVectors (&axes)[3], const LaneVectors& arm, const Lanes& inverse_mass,
                              const LaneVectors& inverse_inertia, PatchGamma& gamma) {
   Lanes m[9];
@@ -37,7 +37,7 @@ SUBSTEP_KERNEL void add_body(const LaneVectors (&axes)[3], const LaneVectors& ar
   }
   for (int i = 0; i < 9; ++i) {
     gamma.linear_by_torque[i] += k[i];
-    gamma.turning_by_torque[i] += m[i];
+    gamma.spin_by_torque[i] += m[i];
   }
 }
 
@@ -76,14 +76,14 @@ SUBSTEP_KERNEL void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2]
 SUBSTEP_KERNEL void set_gamma(const ContactBatch& x, const Four<PatchShape>& from, Patch& patch) {
   const Lanes zero = all(0);
   PatchGamma gamma;
-  for (int i = 0; i < 9; ++i) {
-    gamma.linear_by_force[i] = gamma.linear_by_torque[i] = gamma.turning_by_torque[i] = zero;
-  }
+  for (int i = 0; i < 9; ++i)
+    gamma.linear_by_force[i] = gamma.linear_by_torque[i] = gamma.spin_by_torque[i] = zero;
   add_body(patch.in_a, patch.arm_a, x.inverse_mass_a, x.inverse_inertia_a, gamma);
   add_body(patch.in_b, patch.arm_b, x.inverse_mass_b, x.inverse_inertia_b, gamma);
+  // Split the wrench: normals have force 0 and torques 1 and 2, friction forces 1 and 2 and torque 0.
   const Lanes* const g = gamma.linear_by_force;
   const Lanes* const k = gamma.linear_by_torque;
-  const Lanes* const m = gamma.turning_by_torque;
+  const Lanes* const m = gamma.spin_by_torque;
   const Lanes normal[6] = {g[0], k[1], k[2], m[4], m[5], m[8]};
   const Lanes friction[6] = {g[4], g[5], k[3], g[8], k[6], m[0]};
   const Lanes by_normals[9] = {g[3], k[4], k[5], g[6], k[7], k[8], k[0], m[1], m[2]};
@@ -173,7 +173,7 @@ SUBSTEP_KERNEL void formulate_patch(ContactBatches& contacts, const ContactBatch
                                 all_shapes + x.shape[3]};
   Patch& patch = contacts.patches[x.patch];
   if (from.substep == 0) start_patch(shapes, patch);
-  // Take the axes and the arms of the centre.
+  // Set the axes, and the arms of the centre.
   const auto column = [&](Matrix3 PatchShape::*axes, int k) __attribute__((always_inline)) {
     return gather((shapes[0]->*axes).col(k), (shapes[1]->*axes).col(k), (shapes[2]->*axes).col(k),
                   (shapes[3]->*axes).col(k));

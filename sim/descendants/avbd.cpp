@@ -44,12 +44,12 @@ double decayed(double penalty) {
   return std::clamp(gamma * penalty, least_penalty, largest_penalty);
 }
 
-/// Returns what a step corrects of the violation C at its start: (1 − α) C, or all of separate bodies' gap.
+/// Returns the part of the violation C at a step's start that the step corrects: (1 − α) C, or all of a gap.
 double start_value(double value, bool is_one_sided, double alpha) {
   return is_one_sided && value > 0 ? value : (1 - alpha) * value;
 }
 
-/// Returns a joint's row, formulated at the step's start, as a constraint.
+/// Returns a joint's row of the step's start as a constraint. `force`, `penalty`: of the last step.
 AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
                double penalty) {
   AvbdRow result{.j = row,
@@ -70,7 +70,7 @@ AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& setting
   return result;
 }
 
-/// Adds a contact's normal and tangents as constraints, with the rows of the step's start (section 4).
+/// Adds a contact's normal and tangents as constraints, with J at the step's start (section 4).
 void add_contact(const Contact& contact, const Problem& problem, const std::vector<Coordinates>& q,
                  const Settings& settings, AvbdWork& work) {
   const Matrix3& rotation_a = problem.rotations[contact.a];
@@ -88,7 +88,7 @@ void add_contact(const Contact& contact, const Problem& problem, const std::vect
   }
 }
 
-/// Lists the blocks of each body, in their order.
+/// Lists the indices of each body's blocks, ascending.
 void list_blocks(std::size_t bodies, AvbdWork& work) {
   work.begins.assign(bodies + 1, 0);
   for (const AvbdBlock& x : work.blocks) {
@@ -103,8 +103,7 @@ void list_blocks(std::size_t bodies, AvbdWork& work) {
   }
 }
 
-/// Updates J of a block's rows to the current coordinates and returns C, which is linearised for contacts,
-/// springs and drives.
+/// Updates J of a lock's or limit's rows to the current coordinates. Returns C, linearised for other blocks.
 Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, AvbdWork& work,
                const AvbdBlock& x) {
   Impulse value{};
@@ -122,7 +121,7 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
       value[k] = row.value + row_velocity(row.j, work.displacement[x.a], work.displacement[x.b]);
       continue;
     }
-    // row.value is −α C of the step's start, the part of C that the step leaves uncorrected
+    // Add C now to row.value, which is −α C of the step's start: the step leaves that part uncorrected.
     const Row& now = c.rows[c.blocks[x.joint].first + k];
     row.j = static_cast<const Jacobian&>(now);
     value[k] = row.value - h * now.beta;
@@ -130,8 +129,8 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   return value;
 }
 
-/// Returns the clamped forces λ − k C, friction's inside the cone of the normal force (section 3.2). Sets
-/// `holds` to whether friction was inside.
+/// Returns the clamped forces λ − k C, friction's inside the cone of the normal force (section 3.2). `holds`
+/// becomes true where friction was inside.
 Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value, bool* holds = nullptr) {
   Impulse force{};
   for (int k = 0; k < x.rows; ++k) {
@@ -150,8 +149,7 @@ Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value
 }
 
 /// Returns a row's penalty. A spring or damper at its limit has the penalty that gives its force at C: with
-/// its full stiffness, which its force does not have, the body would hardly move, and with none it would
-/// overshoot.
+/// its full stiffness the body would hardly move, and with none it would overshoot.
 double penalty_at(const AvbdRow& row, double force, double value) {
   const bool yields = row.stiffness < infinity && (force == row.low || force == row.high) && value != 0;
   return yields ? std::abs(force / value) : row.penalty;
@@ -173,7 +171,7 @@ void add_to_system(const Problem& problem, const AvbdWork& work, const AvbdBlock
   if (x.joint < 0 || problem.c.blocks[x.joint].kind != Block::Kind::lock) return;
   const Lock& lock = problem.model->locks[problem.c.blocks[x.joint].source];
   if (lock.kind != Lock::Kind::point) return;
-  // The second derivative of R r · F is (r Fᵀ − (r · F) 1) in the body's frame: add its columns' lengths
+  // Add the column lengths of the second derivative of R r · F: (r Fᵀ − (r · F) 1) in the body's frame.
   const Vector3& arm = body == x.a ? lock.at.frame_a.position : lock.at.frame_b.position;
   const Vector3 in_body = problem.rotations[body].transpose() * push;
   const Matrix3 second = arm * in_body.transpose() - arm.dot(in_body) * Matrix3::Identity();
@@ -201,7 +199,7 @@ void make_rows(const std::vector<Coordinates>& q, const Settings& settings, Prob
     for (int k = x.first; k < x.first + x.rows; ++k) {
       work.rows.push_back(row_of(c.rows[k], x, h, settings, is_known ? start[k] : 0,
                                  is_known ? start[c.rows.size() + k] : least_penalty));
-      // Keep −α times the violation at the start: update() adds C at the current coordinates
+      // Keep −α times the violation at the start: update() adds C at the current coordinates.
       if (x.stabilized) work.rows.back().value += h * c.rows[k].beta;
     }
   }
@@ -264,8 +262,8 @@ void update_forces(double h, Problem& problem, const std::vector<Coordinates>& q
       if (is_within)
         row.penalty = std::min(row.penalty + row.growth * std::abs(value[k]), largest_penalty);  // (16)
     }
-    const double moved = std::sqrt(value[1] * value[1] + value[2] * value[2]);
-    work.sticks[i] = holds && moved < sticking_distance ? 1 : 0;
+    const double slip = std::sqrt(value[1] * value[1] + value[2] * value[2]);
+    work.sticks[i] = holds && slip < sticking_distance ? 1 : 0;
   }
 }
 
@@ -308,14 +306,14 @@ std::int64_t avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, c
   make_rows(q, settings, problem, start, work);
   predict(h, problem, q, v_local, work);
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
-    // Primal update
+    // Primal update: move the bodies one after the other.
     for (int i = 1; i < bodies; ++i) {
       if (moves(model.masses[i])) update_body(i, h, problem, q, work);
     }
-    // Dual update
+    // Dual update: adapt forces and penalties.
     update_forces(h, problem, q, work);
   }
-  // Finish: velocities from displacements
+  // Finish: derive velocities from displacements.
   for (int i = 1; i < bodies; ++i) {
     if (!moves(model.masses[i])) continue;
     v_local[i] = {work.displacement[i].linear / h, work.displacement[i].angular / h};

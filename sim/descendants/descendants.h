@@ -32,7 +32,7 @@ struct CarriedForces {
 void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
               std::vector<ContactMemory>& memory);
 
-/// Appends the contacts' impulses, with the bodies at q.
+/// Appends the contacts' impulses and points in the world, with the bodies at q.
 void append_contact_impulses(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
                              const std::vector<Coordinates>& q, std::vector<ContactImpulse>& result);
 
@@ -60,7 +60,7 @@ struct SoftPoint {
   int a;
   int b;
   Jacobian row[3];  ///< normal, tangents
-  Vector3 arm_a;    ///< body frames
+  Vector3 arm_a;    ///< from the centre of mass to the point, m, body frames
   Vector3 arm_b;
   Vector3 impulse;       ///< λ of the sub-step, N·s
   Vector3 step_impulse;  ///< λ of the step so far, N·s
@@ -86,12 +86,13 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
 /// One constraint of a step: C = value + J Δq, with Δq the bodies' displacement since the step began.
 struct AvbdRow {
   Jacobian j;
-  double value;      ///< C when the step begins, less the part that the step keeps; m or rad
+  double
+      value;  ///< C at the step's start less the part that the step keeps; of stabilized joints −α C; m, rad
   double force;      ///< λ: the force on a along J, N or N·m; the paper's has the opposite sign
   double penalty;    ///< k, N/m or N·m/rad
   double stiffness;  ///< of a spring; infinite for rigid rows
-  double growth;     ///< β: the penalty's growth per |C|
-  double low;        ///< limits of the force
+  double growth;     ///< β: the penalty's growth per |C|, N/m² or N·m/rad²
+  double low;        ///< limits of the force, N or N·m
   double high;
 };
 

@@ -93,8 +93,8 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
   return x.row[0].linear.dot(apart) + x.gap_offset;
 }
 
-/// Returns a normal's λ' = −m (mass_scale J v + bias) − impulse_scale λ, with λ + λ' >= 0 and m its effective
-/// mass. `bias`, m/s: mass_scale bias_rate gap, at least −fastest_push; of separate bodies gap/hs.
+/// Adds λ' = −m (mass_scale J v + bias) − impulse_scale λ to a normal's λ, which stays >= 0. Returns λ'. m:
+/// 1/Γ. `bias`, m/s: mass_scale bias_rate gap, at least −fastest_push; of separate bodies gap/hs.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
   const double velocity = velocity_along(x, 0, v);
   // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.
@@ -108,7 +108,7 @@ double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::ve
   return change;
 }
 
-/// Returns the tangents' λ' = −M J v, with |λ + λ'| <= μ λ_n.
+/// Adds λ' = −m J v to the tangents' λ, so that |λ| stays <= μ λ_n, and returns λ'.
 Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
   const double total[2] = {x.impulse[1] - x.friction_mass * velocity_along(x, 1, v),
                            x.impulse[2] - x.friction_mass * velocity_along(x, 2, v)};
@@ -121,8 +121,8 @@ Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
   return change;
 }
 
-/// Returns λ' of a joint's block: soft, or rigid without bias in the relaxing sweep. Motors, springs and
-/// dampers keep their own law.
+/// Adds λ' to the impulses of a joint's block, and returns λ': soft, or rigid without bias in the relaxing
+/// sweep. Motors, springs and dampers keep their own law.
 Impulse solve_joint(Constraints& c, const Block& x, const Softness& soft, double hs,
                     const std::vector<Velocity>& v) {
   if (!x.stabilized) return solve(c, x, {}, v);
@@ -189,20 +189,20 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
   c.limits_of = 1;  // impulses have the limits of one sub-step
   prepare_points(settings, problem, v_local, hs, points);
   for (int j = 1; j <= n; ++j) {
-    // Integrate the velocities
+    // Integrate the velocities.
     add_external(problem, hs, v_local);
-    // Warm start
+    // Warm start: apply the impulses of the sub-step before.
     for (const Block& x : c.blocks) apply(c, x, impulse_of(c, x), v_local);
     for (const SoftPoint& x : points) {
       for (int k = 0; k < 3; ++k) apply(model, x, k, x.impulse[k], v_local);
     }
-    // Solve with bias
+    // Solve with bias.
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, of_joints, hs, v_local), v_local);
     for (SoftPoint& x : points) apply(model, x, 0, solve_normal(x, hs, x.softness, v_local), v_local);
-    // Integrate the coordinates
+    // Integrate the coordinates.
     step_coordinates(hs, v_local, problem.substeps.stepped);
     formulate(problem, problem.substeps.stepped, hs);
-    // Relax: remove the velocity that the bias added, and let friction act
+    // Relax: remove the velocity that the bias added, and let friction act.
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, rigid, hs, v_local), v_local);
     for (SoftPoint& x : points) {
       x.gap = gap_of(x, problem);
@@ -214,8 +214,8 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
     carry_momenta(problem, hs, v_local);
   }
   apply_restitution(model, points, v_local);
-  // Store the coordinates and forces. Divide by a whole step's hs: in a short part the force of an impact
-  // would be high, and grow to a larger impulse in the next part.
+  // Store the coordinates and forces. Divide by hs of an undivided step: in a short part of it the force of
+  // an impact would be high, and a larger impulse in the next part.
   const double whole = hs / problem.substeps.part;
   q = problem.substeps.stepped;
   carried.contacts.clear();

@@ -1,5 +1,4 @@
-// Solves frozen problems by A1's method on the matrix alone, or by sweeps, and measures the error of a
-// solution.
+// Solves frozen problems by A1's method on the matrix alone, or by sweeps, and measures errors of solutions.
 
 #include <Eigen/SparseLU>
 #include <algorithm>
@@ -50,7 +49,7 @@ void MatrixSolver::prepare() {
     gamma_[i] = matrix_.coeff(row, row);
     if (pair_[i] != Pair::second) continue;
     const double between = (matrix_.coeff(row - 1, row) + matrix_.coeff(row, row - 1)) / 2;
-    // The larger eigenvalue of the pair's block.
+    // Use the larger eigenvalue of the pair's block for both rows.
     gamma_[i - 1] = gamma_[i] =
         (gamma_[i - 1] + gamma_[i]) / 2 + std::hypot((gamma_[i - 1] - gamma_[i]) / 2, between);
   }
@@ -70,9 +69,9 @@ bool MatrixSolver::rest_is_redundant() {
 
 void MatrixSolver::factor() {
   using Triplet = Eigen::Triplet<double>;
-  std::vector<Triplet> changes;    // of rows by unknowns
-  std::vector<Triplet> equations;  // the equation of each unknown as a combination of rows
-  std::vector<Triplet> across_slip;
+  std::vector<Triplet> changes;      // of each row's λ by the unknowns
+  std::vector<Triplet> equations;    // the equation of each unknown as a combination of rows
+  std::vector<Triplet> across_slip;  // softness of each unknown across a slip
   unknown_.assign(set_.size(), -1);
   int unknowns = 0;
   SparseMatrix with_proximal = matrix_;
@@ -148,7 +147,7 @@ Vector3 onto_cone(const Vector3& x, double friction) {
   return {normal, factor * x[1], factor * x[2]};
 }
 
-/// Returns the limits of a single row; those of friction follow from its normal's impulse.
+/// Returns the limits of a row's impulse; those of friction follow from its normal's impulse.
 std::pair<double, double> limits_of(const std::vector<Mlcp::Row>& rows, std::size_t i,
                                     const std::vector<double>& lambda) {
   const Mlcp::Row& row = rows[i];
@@ -187,9 +186,8 @@ ConeError cone_error(const FrozenProblem& problem, const std::vector<double>& la
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!are_tangents(problem.mlcp, i)) continue;
     const Eigen::Index normal = rows[i].normal;
-    const auto first = i;
-    const Vector3 impulse(impulses[normal], impulses[first], impulses[first + 1]);
-    Vector3 u(velocity[normal], velocity[first], velocity[first + 1]);
+    const Vector3 impulse(impulses[normal], impulses[i], impulses[i + 1]);
+    Vector3 u(velocity[normal], velocity[i], velocity[i + 1]);
     u[0] += rows[i].friction * u.tail<2>().norm();
     squared += (impulse - onto_cone(impulse - u, rows[i].friction)).squaredNorm();
     most_power = std::max(most_power, std::abs(impulse.dot(u)));
@@ -217,7 +215,7 @@ void sweep_rows(const FrozenProblem& problem, std::vector<double>& lambda, int s
   lambda.resize(rows.size(), 0.0);
   const SparseMatrix& matrix = problem.matrix;
   Eigen::VectorXd velocity = matrix * Eigen::Map<const Eigen::VectorXd>(lambda.data(), matrix.cols());
-  const auto take = [&](std::size_t i, double total) {
+  const auto set_impulse = [&](std::size_t i, double total) {
     for (SparseMatrix::InnerIterator entry(matrix, i); entry; ++entry)
       velocity[entry.row()] += entry.value() * (total - lambda[i]);
     lambda[i] = total;
@@ -229,7 +227,7 @@ void sweep_rows(const FrozenProblem& problem, std::vector<double>& lambda, int s
       if (!(diagonal(i) > 0)) continue;
       const auto [least, most] = limits_of(rows, i, lambda);
       if (!are_tangents(problem.mlcp, i)) {
-        take(i, std::clamp(lambda[i] + missing(i) / diagonal(i), least, most));
+        set_impulse(i, std::clamp(lambda[i] + missing(i) / diagonal(i), least, most));
         continue;
       }
       const auto first = static_cast<int>(i);
@@ -244,8 +242,8 @@ void sweep_rows(const FrozenProblem& problem, std::vector<double>& lambda, int s
         total = before + right / largest;
         total *= total.norm() > 0 ? most / total.norm() : 0;
       }
-      take(i, total.x());
-      take(i + 1, total.y());
+      set_impulse(i, total.x());
+      set_impulse(i + 1, total.y());
       ++i;
     }
   }

@@ -11,9 +11,9 @@
 /// across each other: any two, the law does not depend on them. A friction row by itself has the limits ±μ
 /// λ_n.
 ///
-/// Γ may be singular: four contacts a face, a door on three hinges, a closed loop. Velocities are unique
-/// there, impulses are not. Where the rows' right sides contradict one another there, up to rounding and
-/// drift, as a closed loop's do, nothing solves all of them: they are solved in the least-squares sense.
+/// Γ may be singular: four contacts of a face, a door on three hinges, a closed loop. Velocities are then
+/// unique, impulses are not. Where the right sides of such rows contradict one another, as a closed loop's do
+/// by rounding and drift, no λ solves all of them: they are solved in the least-squares sense.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -39,7 +39,7 @@ struct Mlcp {
     Vector6 part_a;  ///< row of J M^(−1/2), body a's part: linear, angular
     Vector6 part_b;
     double right;  ///< b
-    double low;
+    double low;    ///< limits of λ
     double high;
     double softness;      ///< >= 0
     int normal = -1;      ///< friction: index of the normal's row; low and high are then unused
@@ -108,7 +108,7 @@ struct MlcpReport {
 /// moves the centre, and ε falls and rises with the residual: pseudo-transient continuation (Kelley and
 /// Keyes, 1998). Then the interior point method follows for problems with a guess. At last the centre moves
 /// when a few sets have solved the problem about it to a fraction of the residual; ε is halved where they do,
-/// and raised where they do not: the inexact proximal point method. A solver keeps its memory from call to
+/// and raised where they do not: the inexact proximal point method. A solver keeps its buffers from call to
 /// call, not its results: equal problems with equal guesses have equal solutions.
 class MlcpSolver {
  public:
@@ -147,31 +147,31 @@ class MlcpSolver {
 
   // mlcp.cpp: the problem, its residual and the order of the methods
   const std::vector<Row>& rows() const { return problem_->rows; }
-  virtual void prepare();
-  virtual void velocities();
-  Vector2 target_of_pair(std::size_t i) const;
-  void set_scale();
+  virtual void prepare();                       ///< sizes the arrays, and sets Γ_xx and pairs
+  virtual void velocities();                    ///< sets w = Γλ + Sλ − b, and y = Gᵀλ
+  Vector2 target_of_pair(std::size_t i) const;  ///< returns λ − w/(Γ_xx + S_xx)
+  void set_scale();                             ///< sets `scale_` to the largest |b|/√Γ_xx
   /// Sets the rows' natural residuals from their velocities w. Returns the largest, relative to `scale_`.
   double natural_residual();
-  double residual();
-  void add_proximal_term();
-  double keep_if_better();
+  double residual();         ///< updates w and returns natural_residual()
+  void add_proximal_term();  ///< adds εD(λ − c) to w
+  double keep_if_better();   ///< keeps λ in `best_` where its residual is the least; returns the residual
   /// Returns whether the rest of the rows is a contradiction among redundant ones. Overwrites y_.
   virtual bool rest_is_redundant();
-  bool rest_has_limits() const;
+  bool rest_has_limits() const;  ///< returns true where a row with limits has a part in the rest
   /// Keeps λ if its residual `now` is a contradiction among redundant rows without limits: further moves
   /// would only drive their impulses apart. Returns whether it is.
   bool keep_if_redundant(double now);
-  int violated() const;
-  void guess();  ///< sets λ to its guess
+  int violated() const;  ///< returns the number of rows whose residual is above `tolerance`
+  void guess();          ///< sets λ to its guess
   /// Tries one method after the other until one leads to a solution.
   void try_methods();
 
   // mlcp_iteration.cpp. The functions that solve return true if they ended at a redundant contradiction.
   Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
-  int classify();
-  void fix_limits();
-  void solve_set();
+  int classify();     ///< selects each row's set from λ − w/Γ_xx; returns the number of changed ones
+  void fix_limits();  ///< moves λ of the rows at limits to these
+  void solve_set();   ///< solves for λ of the free and sliding rows, about the centre
   /// The first set: that of the impulses, or all rows free, unless many of these then reach their limits.
   enum class Start : std::int8_t { impulses, perhaps_free };
   bool solve_active_sets(Start start);
@@ -213,12 +213,13 @@ class MlcpSolver {
     double upper = 0;
     double speed = 1;  ///< > |slip|
     Vector2 slip = Vector2::Zero();
-    Vector3 defect = Vector3::Zero();  ///< velocities less those that multipliers and slip stand for
-    Matrix3 law = Matrix3::Zero();     ///< −dλ/dw of the limits
-    Matrix3 damping = Matrix3::Identity();
-    Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
+    Vector3 defect = Vector3::Zero();       ///< velocities less those that multipliers and slip stand for
+    Matrix3 law = Matrix3::Zero();          ///< −dλ/dw of the limits
+    Matrix3 damping = Matrix3::Identity();  ///< (1 + law · softness)⁻¹
+    Matrix3 weight = Matrix3::Zero();       ///< −dλ/dw with softness
     Matrix2 inverse = Matrix2::Zero();
-    Vector3 change = Vector3::Zero();  ///< of λ in the step; then of the others
+    // Changes by the step:
+    Vector3 change = Vector3::Zero();  ///< of λ
     double lower_change = 0;
     double upper_change = 0;
     double speed_change = 0;

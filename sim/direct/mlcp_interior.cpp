@@ -10,7 +10,7 @@ namespace substep {
 namespace {
 
 constexpr int most_steps = 60;
-constexpr int most_idle_steps = 6;  ///< that leave more than `largest_rest` of the residual
+constexpr int most_idle_steps = 6;  ///< steps in a row that leave more than `largest_rest` of the residual
 constexpr double largest_rest = 0.8;
 constexpr double near_solution = 1e-8;  ///< residual from which a few active sets suffice
 /// ε of the steps. With 1e-10 rounding leaves a residual of 1e-4 in piles; with 1e-7 more steps are short.
@@ -171,7 +171,7 @@ void MlcpSolver::set_directions(double t) {
   }
 }
 
-/// Returns the fraction of its step after which a unit reaches its limits.
+/// Returns the fraction of its step after which a unit reaches its limits; infinity where it never does.
 double MlcpSolver::length_of_step(const Unit& unit) {
   double length = infinity;
   const auto reach = [&](double value, double change) {
@@ -273,7 +273,7 @@ bool MlcpSolver::solve_interior() {
     factor_units();
     ++report_.active_sets;
     report_.row_solves += static_cast<std::int64_t>(lambda_.size());
-    // Predict: the length of the step to products of zero tells by how much they can shrink (Mehrotra).
+    // Predict: the length of the step to products of zero shows by how much they can shrink (Mehrotra).
     const double mean = mean_product(0);
     set_directions(0);
     const double ratio = std::clamp(mean_product(std::min(1.0, common_length())) / mean, 1e-3, 1.0);

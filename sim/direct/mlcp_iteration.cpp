@@ -1,5 +1,4 @@
-// Iterates over active sets and centres: selects the rows at limits, and solves the linear system of the
-// others.
+// Iterates over active sets and centres: selects the rows at limits, and solves for the others.
 
 #include <algorithm>
 #include <cmath>
@@ -29,8 +28,7 @@ constexpr int most_sets_about_centre = 12;
 constexpr double most_across = 1e9;
 
 /// Directions of friction that turn by less count as settled: the rest is of second order, and vanishes with
-/// the next move of the centre. Weighting the turn by the impulse leaves more steps of the card house
-/// unsolved.
+/// the next move of the centre. Turns weighted by the impulse leave more steps of the card house unsolved.
 constexpr double settled_turn = 1e-6;
 
 constexpr double first_proximal = 0.1;
@@ -218,7 +216,7 @@ void MlcpSolver::take_set() {
 bool MlcpSolver::solve_transient() {
   const double first = report_.residual;
   double before = first;
-  double of_best = first_proximal;  // ε
+  double of_best = first_proximal;  // ε with which the best λ was found
   proximal_ = first_proximal;
   Progress progress;
   for (int set = 0; set < most_transient; ++set) {
@@ -253,7 +251,7 @@ bool MlcpSolver::solve_by_centres() {
   for (int sets = 0; sets < most_sets;) {
     centre_ = lambda_;
     double whole = infinity;
-    double left = whole;  // of the problem about the centre
+    double left = whole;  // residual of the problem about the centre
     int about_centre = 0;
     while (about_centre < most_sets_in_move && !(left < settled_fraction * whole)) {
       take_set();

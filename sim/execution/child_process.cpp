@@ -32,7 +32,7 @@ TemporaryFile::~TemporaryFile() {
 std::string TemporaryFile::content() const {
   std::string text;
   std::array<char, 4096> buffer{};
-  // The other program shares the descriptor's position in the file.
+  // Read by offset, since the other program shares the descriptor's position.
   for (ssize_t count = 0;
        (count = ::pread(descriptor_, buffer.data(), buffer.size(), static_cast<off_t>(text.size()))) > 0;) {
     text.append(buffer.data(), static_cast<std::size_t>(count));
@@ -79,7 +79,7 @@ ChildProcess::~ChildProcess() {
 }
 
 std::optional<bool> ChildProcess::reap(int flags) {
-  int status = 127 << 8;  // the exit code where nothing can be waited for
+  int status = 127 << 8;  // exit code 127 where waitpid() fails
   pid_t found = 0;
   while ((found = ::waitpid(process_, &status, flags)) < 0 && errno == EINTR) {
   }

@@ -10,7 +10,7 @@
 
 namespace substep {
 
-/// A file in memory without a name that another program reads or writes, also where the disk is full.
+/// A nameless file in memory that another program reads or writes, even where the disk is full.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string_view content = {});  ///< throws std::system_error
@@ -18,7 +18,7 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile();
   int descriptor() const { return descriptor_; }
-  std::string content() const;
+  std::string content() const;  ///< returns all bytes, without moving the descriptor's position
 
  private:
   int descriptor_ = -1;
@@ -28,7 +28,7 @@ class TemporaryFile {
 class ChildProcess {
  public:
   static constexpr int inherited = -1;  ///< the stream is this program's own
-  static constexpr int nowhere = -2;    ///< it is /dev/null
+  static constexpr int nowhere = -2;    ///< the stream is /dev/null
 
   /// File descriptors, which stay the caller's.
   struct Streams {
@@ -37,19 +37,18 @@ class ChildProcess {
     int err = inherited;
   };
 
-  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. Throws
-  /// std::system_error.
+  /// Starts words[0], found in PATH unless it has a slash, with the other words. Throws std::system_error.
   ChildProcess(std::vector<std::string> words, const Streams& streams);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess();
 
-  pid_t id() const { return process_; }  ///< −1 once its end is known
-  /// Returns whether the program ended by itself with exit code 0; nothing while it runs.
+  pid_t id() const { return process_; }  ///< −1 once the program's end is known
+  /// Returns true if the program ended by itself with exit code 0, false if it failed; nothing while it runs.
   std::optional<bool> ended();
   /// Waits until the program has ended, and returns true where it did so by itself with exit code 0.
   bool succeeds();
-  /// Returns its exit code once its end is known, or minus the signal that ended it.
+  /// Returns the program's exit code, or minus the signal that ended it, once the end is known.
   int exit_code() const { return exit_code_; }
 
  private:

@@ -16,7 +16,7 @@ void parallel_for(int threads, std::size_t count,
                   const std::function<void()>& wait) {
   std::atomic<std::size_t> next{0};
   std::stop_source stop;
-  std::size_t failed = count;
+  std::size_t failed = count;  // lowest index whose call threw
   std::exception_ptr failure;
   std::mutex mutex;
   std::condition_variable changed;

@@ -11,7 +11,7 @@ namespace {
 
 /// Corners beyond four are removed where they are nearer than this fraction of the size to the line through
 /// their neighbours: faces that are slightly turned cut each other's corners.
-constexpr double slight = 1e-3;
+constexpr double slight_cut = 1e-3;
 
 struct WorldBox {
   Vector3 centre;
@@ -29,8 +29,8 @@ struct Relative {
 /// above it (z). It has four corners, and one more for each cut by a side.
 thread_local CutPolygon box_face(8);
 
-/// Removes corners beyond four that are no farther than `distance` from the line through those beside them,
-/// the nearest first.
+/// Removes corners, the nearest to the line through their neighbours first, while there are more than four
+/// and the distance from the line is at most `distance`.
 void simplify(std::vector<Vector3>& corners, double distance) {
   while (corners.size() > 4) {
     std::size_t nearest = corners.size();
@@ -51,6 +51,7 @@ void simplify(std::vector<Vector3>& corners, double distance) {
   }
 }
 
+/// The axis across an edge of each box, and the separation along it, m. Edges are named by their box axis.
 struct BoxEdgeAxis {
   double separation = -infinity;
   int of_a = 0;
@@ -67,8 +68,8 @@ class BoxPair {
     absolute_ = b_in_a_.axes.cwiseAbs();
   }
 
-  /// Tests the 15 axes. Returns false when one of them shows a gap of the margin or more.
-  bool separate() {
+  /// Tests the 15 axes. Returns false where one of them shows a gap of the margin or more.
+  bool are_within_margin() {
     for (std::uint32_t i = 0; i < 3; ++i) {
       const double reach = a_.half_size[i] + absolute_.row(i).dot(b_.half_size);
       const double separation = std::abs(b_in_a_.centre[i]) - reach;
@@ -81,7 +82,7 @@ class BoxPair {
       if (separation > face_b_.separation) face_b_ = {separation, j};
     }
     if (face_b_.separation >= margin_) return false;
-    // Edges count where they separate more than the faces do.
+    // Test the edges, which count where they separate the boxes more than the faces do.
     edge_.separation = std::max(face_a_.separation, face_b_.separation);
     for (int i = 0; i < 3; ++i) {
       const int i1 = (i + 1) % 3;
@@ -140,8 +141,8 @@ class BoxPair {
   }
 
  private:
-  /// Puts into box_face the face of `incident` that looks most against the face of the reference box at
-  /// side * plane along an axis.
+  /// Loads box_face with the face of `incident` most opposed to the reference face at side * plane along
+  /// `axis`.
   static void load_box_face(const WorldBox& incident, const Relative& relative, std::uint32_t axis,
                             double side, double plane) {
     int facing = 0;
@@ -160,8 +161,8 @@ class BoxPair {
     }
   }
 
-  /// Clips the incident face by the sides of the reference face. `by_force` takes its lowest corner if
-  /// nothing remains, which only rounding can bring about.
+  /// Clips the incident face by the sides of the reference face. Returns false where that removes the lowest
+  /// point; with `by_force` the lowest corner is then the contact, since only rounding removes it.
   bool add_face_contacts(bool reference_is_b, bool by_force) {
     const WorldBox& reference = reference_is_b ? b_ : a_;
     const Relative& relative = reference_is_b ? a_in_b_ : b_in_a_;
@@ -174,7 +175,7 @@ class BoxPair {
     std::vector<Vector3>& corners = box_face.corners;
     const auto height_of = [](const Vector3& corner) { return corner.z(); };
     const Vector3 lowest = *std::ranges::min_element(corners, {}, height_of);
-    const double tolerance = flush_share * size_;
+    const double tolerance = flush_fraction * size_;
     for (const double sign : {1.0, -1.0}) {
       box_face.cut(tolerance,
                    [&](const Vector3& corner) { return sign * corner.x() - reference.half_size[x]; });
@@ -186,13 +187,13 @@ class BoxPair {
 
     double least = infinity;
     for (const Vector3& corner : corners) least = std::min(least, corner.z());
-    // Where the lowest point is cut away, this is not the face at which the two meet.
+    // Reject the face where the lowest point is cut away: the two do not meet there.
     if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
       corners.assign(1, lowest);
     }
 
-    simplify(corners, slight * size_);
+    simplify(corners, slight_cut * size_);
     const Vector3 outward = side * reference.axes.col(axis);
     const Vector3 normal = reference_is_b ? outward : Vector3(-outward);
     for (const Vector3& corner : corners) {
@@ -216,7 +217,7 @@ class BoxPair {
     ClosestPair closest;
     closest.consider(outermost_edge(a_, edge_.of_a, axis), outermost_edge(b_, edge_.of_b, -axis));
     const Vector3 between = closest.on_b - closest.on_a;
-    // Edges that are apart and do not cross are not the closest features.
+    // Reject edges with a gap that do not cross: they are not the closest features.
     if (edge_.separation > 0 && (between - edge_.separation * axis).norm() > 1e-6 * size_) return false;
     out_.push_back({closest.on_a, closest.on_b, -axis, between.dot(axis)});
     return true;
@@ -255,7 +256,7 @@ void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, cons
   const WorldBox box_b = {pose_b.position, pose_b.orientation.toRotationMatrix(), *b.half_box};
   const double size = 2 * std::min(a.bounding_radius, b.bounding_radius);
   BoxPair pair(box_a, box_b, size, margin, out);
-  if (!pair.separate() || pair.add_contacts()) return;
+  if (!pair.are_within_margin() || pair.add_contacts()) return;
   find_closest_features(a, pose_a, b, pose_b, pair.axis(), pair.separation(), margin, out);
 }
 

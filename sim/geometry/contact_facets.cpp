@@ -12,11 +12,11 @@ namespace {
 /// stored in single precision are off by as much.
 constexpr double level = 1e-6;
 
-thread_local std::vector<Vector3> polygon_memory;
+thread_local std::vector<Vector3> polygon_corners;
 
-/// Returns the unit vector at a fraction of the way along the chord from one to another.
-Vector3 between(const Vector3& first, const Vector3& last, double part) {
-  return ((1 - part) * first + part * last).normalized();
+/// Returns the unit vector at a fraction of the chord from one unit vector to another.
+Vector3 between(const Vector3& first, const Vector3& last, double fraction) {
+  return ((1 - fraction) * first + fraction * last).normalized();
 }
 
 /// The search for the axis of contact of a revolved solid a and facets b, and the contacts along it.
@@ -26,15 +26,14 @@ class RevolvedSearch {
       : a_(a), b_(b), size_(std::min(2 * a.reach(), b.size)), margin_(margin), out_(out) {}
 
   void find() {
-    // Take the face of b that separates most
+    // Take the face of b that separates most.
     for (std::uint32_t f = 0; f < b_.face_normals.size(); ++f) {
       const Vector3& n = b_.face_normals[f];
       const double separation = -a_.height(-n) - b_.face_offsets[f];
       if (separation >= margin_) return;
       if (separation > face_.separation) face_ = {{separation, n}, true, f};
     }
-    // Try the discs of a, the normals of neighbours, the arcs of b's edges, and the closest points of
-    // vertices
+    // Try a's discs, the neighbours' normals, the arcs of b's edges, and the directions to b's vertices.
     if (!a_.is_ball_ended && !search_discs()) return;
     for (const Vector3& n : b_.around) {
       if (!consider(n, no_index, true)) return;
@@ -52,7 +51,7 @@ class RevolvedSearch {
  private:
   double preference(double separation) const { return face_preference(separation, size_); }
 
-  /// Measures a direction. Returns false where it separates the two by the margin.
+  /// Keeps a direction if it separates the two most. Returns false where it separates them by the margin.
   bool consider(const Vector3& n, std::uint32_t arc, bool of_neighbour) {
     const Extent of_b = b_.extent(n);
     const double separation = -a_.height(-n) - of_b.height;
@@ -72,7 +71,7 @@ class RevolvedSearch {
       const double separation = -a_.height(-n) - of_b.height;
       if (!b_.pushes(n, of_b.vertex)) continue;
       if (separation >= margin_) return false;
-      // A face of b is taken before one of a.
+      // Prefer a face of b.
       const double handicap = face_.of_b ? second_face_preference(face_.separation, size_) : 0;
       if (separation > face_.separation + handicap) face_ = {{separation, n}, false, end};
     }
@@ -95,8 +94,8 @@ class RevolvedSearch {
     return search_split(i, 0, most) && search_split(i, most, 1);
   }
 
-  /// Searches part of an arc, split where the whole line of a's side is farthest: the separation has a corner
-  /// there.
+  /// Searches the fractions from `low` to `high` of an arc, split where the whole line of a's side is
+  /// farthest: the separation is not smooth there.
   bool search_split(std::uint32_t i, double low, double high) {
     if (!a_.has_side) return search_part(i, low, high);
     const Facets::Arc& arc = b_.arcs[i];
@@ -112,21 +111,21 @@ class RevolvedSearch {
            search_part(i, corner, high);
   }
 
-  /// Searches part of an arc along which the separation is smooth.
+  /// Searches the fractions from `low` to `high` of an arc, along which the separation is smooth.
   bool search_part(std::uint32_t i, double low, double high) {
     const Facets::Arc& arc = b_.arcs[i];
     const Vector3& vertex = b_.vertices[arc.from];
     const Vector3 along = (b_.vertices[arc.to] - vertex).normalized();
-    // Deeply overlapping, an arc can have several best directions.
+    // Search pieces where the two overlap deeply: an arc can then have several best directions.
     const int pieces = face_.separation < -0.1 * size_ ? 4 : 1;
     for (int k = 0; k < pieces; ++k) {
       const double from = low + (high - low) * k / pieces;
       const double to = low + (high - low) * (k + 1) / pieces;
       const Vector3 middle = between(arc.first, arc.last, (from + to) / 2);
-      // The end of a that is lowest along the arc, and +1 where along × n points from first to last.
+      // Find a's lowest end along the arc, and +1 where along × n points from first to last.
       const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
       const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
-      // Derivative of the separation along the arc.
+      // Differentiate the separation along the arc.
       const auto slope = [&](double part) {
         const Vector3 n = between(arc.first, arc.last, from + part * (to - from));
         return sense * along.cross(n).dot(a_.support(-n, is_top ? 1 : 0) - vertex);
@@ -138,16 +137,17 @@ class RevolvedSearch {
     return true;
   }
 
+  /// Adds contacts along the preferred axis; where it has none, along the other one.
   void add_contacts() {
     const bool edge_first = edge_.separation > face_.separation + preference(face_.separation);
     if (edge_first && edge_.of_neighbour) return;  // the neighbour has the contact
     if (!edge_first && add_face_contacts()) return;
-    // Far below the face's, an edge's direction is not the one in which the two meet.
+    // Reject edges that separate the two far less than the face: they do not meet there.
     const bool is_near = edge_.separation > face_.separation - preference(face_.separation);
     if (is_near && !edge_.of_neighbour && add_edge_contacts()) return;
     if (b_.mesh && edge_first) add_face_contacts();
     if (b_.mesh || std::max(edge_.separation, face_.separation) > 0) return;
-    // Overlapping polytopes and solids have a contact, whatever rounding did.
+    // Add a point where all manifolds were empty by rounding: a solid that overlaps a polytope has a contact.
     const FacetsAxis& best =
         edge_.separation > face_.separation ? static_cast<const FacetsAxis&>(edge_) : face_;
     Manifold(best.normal, size_, margin_, out_).add_point(a_.support(-best.normal), best.separation);
@@ -156,12 +156,12 @@ class RevolvedSearch {
   bool add_face_contacts() {
     Manifold manifold(face_.normal, size_, margin_, out_);
     if (face_.of_b) {
-      const Polygon polygon = b_.polygon(face_.face, polygon_memory);
+      const Polygon polygon = b_.polygon(face_.face, polygon_corners);
       std::visit([&](const auto& feature) { manifold.add(feature, polygon); },
                  feature_towards(a_, -face_.normal));
     } else {
       manifold.add(end_disc(a_, static_cast<int>(face_.face)),
-                   b_.polygon(b_.face_towards(face_.normal), polygon_memory));
+                   b_.polygon(b_.face_towards(face_.normal), polygon_corners));
     }
     // Reject the face where clipping removed the lowest point, but not a mesh's triangle: its neighbour may
     // have that point.
@@ -175,8 +175,8 @@ class RevolvedSearch {
     Manifold manifold(n, size_, margin_, out_);
     const Segment line = line_or_point(a_, -n, near);
     if (manifold.add_beside(line, edge_of_b(line, near), near)) return true;
-    const Segment exact = line_or_point(a_, -n, flush_share * size_);
-    return manifold.add_crossing(exact, edge_of_b(exact, flush_share * size_));
+    const Segment exact = line_or_point(a_, -n, flush_fraction * size_);
+    return manifold.add_crossing(exact, edge_of_b(exact, flush_fraction * size_));
   }
 
   /// Returns the edge of b that is highest along the axis to within `near` and most along a's line; a vertex

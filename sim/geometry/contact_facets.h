@@ -1,6 +1,5 @@
 #pragma once
-/// The search for the axis of contact between a shape and something with flat faces: a polytope or one
-/// triangle of a mesh.
+/// The search for the axis of contact between a shape and flat faces: a polytope or one triangle of a mesh.
 ///
 /// The separation along a unit direction n, from b to a, is how far a's lowest point along n is above b's
 /// highest. Its maximum over all n is the distance of two shapes that are apart and the depth of two that
@@ -40,9 +39,9 @@ struct Facets {
   std::array<bool, 3> continues{};  ///< whether the mesh continues in the same plane behind a side
   std::vector<Vector3> around;      ///< normals of the triangles behind its convex sides
 
-  /// Turns a polytope: vertex → rotation * vertex.
+  /// Copies a polytope, turned: vertex → rotation * vertex.
   void load(const Polytope& polytope, const Matrix3& rotation);
-  /// Moves a triangle by −origin. With `from_behind` it is seen from its other side.
+  /// Copies a triangle, moved by −origin. With `from_behind` its back is the front.
   void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
 
   Segment edge(const Arc& arc) const { return {vertices[arc.from], vertices[arc.to]}; }
@@ -53,7 +52,7 @@ struct Facets {
   bool pushes(const Vector3& direction, std::uint32_t vertex) const;
   /// Returns the face at the farthest vertex along `direction` that faces it most.
   std::uint32_t face_towards(const Vector3& direction) const;
-  /// Returns the corners of a face, in `memory`.
+  /// Returns a face; `memory` holds its corners.
   Polygon polygon(std::uint32_t face, std::vector<Vector3>& memory) const;
 };
 
@@ -64,7 +63,7 @@ struct FacetsAxis {
 };
 
 struct FacetsFaceAxis : FacetsAxis {
-  bool of_b = false;
+  bool of_b = false;       ///< the face is one of b
   std::uint32_t face = 0;  ///< of b, or the face or disc of a
 };
 

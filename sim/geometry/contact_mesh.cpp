@@ -123,7 +123,7 @@ class TriangleSearch {
       for (std::size_t i = 0; i < 3; ++i) closest.consider(a_.edge(arc), triangle.side(i));
     }
     const double distance = std::sqrt(closest.squared_distance);
-    if (closest.squared_distance == margin_ * margin_ || distance <= flush_share * size_) return;
+    if (closest.squared_distance == margin_ * margin_ || distance <= flush_fraction * size_) return;
     const Vector3 n = (closest.on_a - closest.on_b) / distance;
     // Skip what is not closest, or is closer to a neighbour.
     if (separation_along(n) < distance - 1e-6 * size_ || !b_.pushes(n, b_.extent(n).vertex)) return;

@@ -76,8 +76,7 @@ double lowest(const Polytope& polytope, const Vector3& direction) {
   return -farthest(polytope.vertices, -direction).height;
 }
 
-/// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
-/// `margin`.
+/// Returns the face of p with the largest separation of q, given in p's frame. Stops early at `margin`.
 FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
                       std::vector<FaceKnowledge>& faces) {
   const Vector3 centre = q_in_p.point(q.centre);
@@ -232,7 +231,7 @@ class PolytopePair {
     const std::uint32_t face = (reference_is_b ? face_b_ : face_a_).face;
     const Vector3& normal = p.face_normals[face];
     const double offset = p.face_offsets[face];
-    const double tolerance = flush_share * size_;
+    const double tolerance = flush_fraction * size_;
 
     load_incident_face(q, q_in_p, normal, tolerance);
     Vector3 lowest_corner = memory.incident.corners[0];
@@ -382,7 +381,8 @@ void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope
   const double distance = between.norm();
   const double size = std::min(a.bounding_radius, b.bounding_radius);
   // Coincident points give no direction.
-  const Vector3 normal = distance > flush_share * size ? Vector3(between / distance) : Vector3(-local_axis);
+  const Vector3 normal =
+      distance > flush_fraction * size ? Vector3(between / distance) : Vector3(-local_axis);
   out.push_back(
       {pose_a * closest.on_a, pose_a * closest.on_b, pose_a.orientation * normal, normal.dot(between)});
 }

@@ -71,7 +71,7 @@ class RevolvedPair {
     const Segment of_b = {b_.end(0), b_.end(1)};
     const SegmentParameters parameters = closest_parameters(of_a, of_b);
     const Vector3 between = point_at(of_a, parameters.on_a) - point_at(of_b, parameters.on_b);
-    if (between.norm() > flush_share * size_ && !consider(between.normalized())) return false;
+    if (between.norm() > flush_fraction * size_ && !consider(between.normalized())) return false;
     const Vector3 across = a_.axis.cross(b_.axis);
     if (across.norm() > 1e-6) {
       if (!consider(across.normalized()) || !consider(-across.normalized())) return false;
@@ -120,7 +120,7 @@ class RevolvedPair {
   /// Searches the rims of both, uphill from the best direction so far and from that between the middles.
   bool search_rims() {
     const Vector3 between = a_.middle - b_.middle;
-    const Vector3 direct = between.norm() > flush_share * size_ ? Vector3(between.normalized()) : normal_;
+    const Vector3 direct = between.norm() > flush_fraction * size_ ? Vector3(between.normalized()) : normal_;
     const Vector3 best = disc_separation_ > best_ ? disc_normal_ : normal_;
     const Vector3 found = normal_;
     const std::array<Vector3, 7> starts = {
@@ -180,7 +180,7 @@ class RevolvedPair {
     const bool edge_first = best_ > disc_separation_ + preference(disc_separation_);
     if (disc_separation_ > -infinity && !edge_first && add_disc_contacts()) return;
     const double near = preference(best_);
-    const double flush = flush_share * size_;
+    const double flush = flush_fraction * size_;
     Manifold manifold(normal_, size_, margin_, out_);
     if (manifold.add_beside(line_or_point(a_, -normal_, near), line_or_point(b_, normal_, near), near) ||
         manifold.add_crossing(line_or_point(a_, -normal_, flush), line_or_point(b_, normal_, flush)))

@@ -30,8 +30,7 @@ Vector3 onto_plane(const Vector3& point, const Vector3& direction, const Vector3
 /// that slides flat with a tilt of 1e-6 would have them always at the same position along its slip.
 constexpr double parallel = 1e-5;
 
-/// Returns the direction along the disc of steepest descent towards a plane, or `across` where the disc is
-/// parallel.
+/// Returns the disc's direction of steepest descent towards a plane, or `across` where the two are parallel.
 Vector3 downhill(const Disc& disc, const Vector3& plane_normal) {
   const Vector3 down = disc.normal.dot(plane_normal) * disc.normal - plane_normal;
   const double slope = down.norm();
@@ -45,20 +44,20 @@ Vector3 downhill(const Disc& disc, const Vector3& plane_normal) {
 double turn_of(double x, double y) {
   const double sum = std::abs(x) + std::abs(y);
   if (sum == 0) return 0;
-  const double part = y / sum;
-  if (x < 0) return 2 - part;
-  return part < 0 ? 4 + part : part;
+  const double fraction = y / sum;
+  if (x < 0) return 2 - fraction;
+  return fraction < 0 ? 4 + fraction : fraction;
 }
 
-/// Returns the fractions of the way from one point to another, both in the disc's plane, at which it crosses
-/// the rim.
+/// Returns the fractions of the way between two points of the disc's plane at which the line crosses the rim;
+/// {2, −1} where it does not.
 std::array<double, 2> rim_crossings(const Disc& disc, const Vector3& from, const Vector3& to) {
   const Vector3 start = from - disc.centre;
   const Vector3 along = to - from;
   const double a = along.squaredNorm();
   const double b = along.dot(start);
-  // Measure from the nearest point of the line, so that nothing cancels.
   if (a == 0) return {2, -1};
+  // Measure from the line's point nearest to the centre, so that nothing cancels.
   const double middle = -b / a;
   const double nearest = (start + middle * along).squaredNorm();
   const double rest = disc.radius * disc.radius - nearest;
@@ -80,8 +79,7 @@ bool is_over(const Polygon& polygon, const Vector3& direction, const Vector3& po
   return true;
 }
 
-/// The order of points around a disc, from its lowest point over a plane. Collects pairs in feature_memory
-/// memory.
+/// The order of points around a disc, from its lowest point over a plane. Collects pairs in feature_memory.
 struct RoundOrder {
   RoundOrder(const Disc& disc, const Vector3& plane_normal)
       : centre(disc.centre), start(downhill(disc, plane_normal)), side(disc.normal.cross(start)) {
@@ -202,7 +200,7 @@ bool Manifold::keep_if_below(double highest) {
 }
 
 bool Manifold::drop_overlaps(double separation) {
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   const auto overlaps = [&](const ContactPoint& point) { return point.distance < -tolerance; };
   const auto begin = out_.begin() + static_cast<std::ptrdiff_t>(first_);
   if (separation >= -tolerance) out_.erase(std::remove_if(begin, out_.end(), overlaps), out_.end());
@@ -210,9 +208,9 @@ bool Manifold::drop_overlaps(double separation) {
 }
 
 void Manifold::add(const Disc& disc, const Polygon& polygon) {
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   const RoundOrder order(disc, polygon.normal);
-  // Collect rim points over the polygon; seen edge-on, it has an outline but no inside.
+  // Collect rim points over the polygon, unless it is seen edge-on and has no inside.
   if (std::abs(polygon.normal.dot(normal_)) > 0.05) {
     for (const Vector3& point : rim_points(disc, polygon.normal)) {
       if (!is_over(polygon, normal_, point, tolerance)) continue;
@@ -240,7 +238,7 @@ void Manifold::add(const Disc& disc, const Polygon& polygon) {
 }
 
 void Manifold::add(const Disc& a, const Disc& b) {
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   const RoundOrder order(a, b.normal);
   const std::array<Vector3, 8> rim = rim_points(a, b.normal);
   const auto opposite = [&](const Vector3& point, const Disc& disc) {
@@ -253,7 +251,7 @@ void Manifold::add(const Disc& a, const Disc& b) {
   }
   for (const Vector3& point : rim_points(b, a.normal)) {
     const Vector3 foot = opposite(point, a);
-    // Equal discs one on the other have one rim.
+    // Skip points on the other rim: equal discs one on the other have one rim.
     if ((foot - a.centre).norm() < a.radius - tolerance) order.collect(foot, point);
   }
   // Collect crossings of the rims: between two neighbouring rim points of a of which one is over b.
@@ -275,7 +273,7 @@ void Manifold::add(const Disc& a, const Disc& b) {
 void Manifold::add_disc_segment(const Disc& disc, const Segment& line, bool line_is_a) {
   const Vector3 from = onto_plane(line.from, normal_, disc.centre, disc.normal);
   const Vector3 to = onto_plane(line.to, normal_, disc.centre, disc.normal);
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   const auto add_end = [&](double part) { push(from + part * (to - from), point_at(line, part), line_is_a); };
   if ((to - from).norm() <= tolerance) {
     if ((from - disc.centre).norm() > disc.radius + tolerance) return;
@@ -291,7 +289,7 @@ void Manifold::add_disc_segment(const Disc& disc, const Segment& line, bool line
 }
 
 void Manifold::add(const Segment& a, const Polygon& b) {
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   double low = 0;
   double high = 1;
   for (std::size_t i = 0; i < b.corners.size(); ++i) {
@@ -316,7 +314,7 @@ void Manifold::add(const Segment& a, const Polygon& b) {
 void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   const Polygon& reference = reference_is_b ? b : a;
   const Polygon& incident = reference_is_b ? a : b;
-  const double tolerance = flush_share * size_;
+  const double tolerance = flush_fraction * size_;
   CutPolygon& common = feature_memory.common;
   common.clear();
   common.corners.assign(incident.corners.begin(), incident.corners.end());
@@ -330,7 +328,7 @@ void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   }
 }
 
-bool Manifold::is_across(const Vector3& gap, double tolerance) const {
+bool Manifold::is_along_normal(const Vector3& gap, double tolerance) const {
   return (gap - normal_.dot(gap) * normal_).norm() <= tolerance;
 }
 
@@ -347,7 +345,7 @@ bool Manifold::add_beside(const Segment& a, const Segment& b, double preference)
     points[i] = point_at(a, ends[i]);
     const Vector3 gap = points[i] - point_at(b, closest_parameter(b, points[i]));
     distances[i] = normal_.dot(gap);
-    if (!is_across(gap, preference) || distances[i] - distance > preference) return false;
+    if (!is_along_normal(gap, preference) || distances[i] - distance > preference) return false;
   }
   for (std::size_t i = 0; i < 2; ++i) add_point(points[i], distances[i]);
   return true;
@@ -357,7 +355,7 @@ bool Manifold::add_crossing(const Segment& a, const Segment& b) {
   ClosestPair closest;
   closest.consider(a, b);
   const Vector3 gap = closest.on_a - closest.on_b;
-  if (!is_across(gap, 1e-6 * size_)) return false;
+  if (!is_along_normal(gap, 1e-6 * size_)) return false;
   add_point(closest.on_a, normal_.dot(gap));
   return true;
 }

@@ -21,7 +21,7 @@ double find_root(Function function) {
   double at_high = function(high);
   if (!(at_low > 0)) return 0;
   if (!(at_high < 0)) return 1;
-  // The Illinois variant of false position.
+  // Iterate the Illinois variant of false position.
   int side = 0;
   for (int i = 0; i < 60 && high - low > 1e-15; ++i) {
     double middle = (low * at_high - high * at_low) / (at_high - at_low);
@@ -46,7 +46,7 @@ double find_root(Function function) {
 
 /// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
 /// faces keep their corners.
-constexpr double flush_share = 1e-9;
+constexpr double flush_fraction = 1e-9;
 
 struct Segment {
   Vector3 from;
@@ -118,8 +118,7 @@ inline bool cut_interval(double from, double to, double tolerance, double& low, 
 /// A convex polygon that is cut by planes in turn, and keeps its memory for the next.
 struct CutPolygon {
   CutPolygon() = default;
-  /// Reserves memory for `most` corners from the start: shapes that lie flat in the first step may be cut
-  /// later.
+  /// Reserves memory for `most` corners, since shapes that lie flat in the first step may be cut later.
   explicit CutPolygon(std::size_t most) {
     corners.reserve(most);
     kept.reserve(most);
@@ -153,8 +152,8 @@ struct CutPolygon {
       const bool is_in = distances[i] <= tolerance;
       if (is_in) kept.push_back(corners[i]);
       if (is_in == (distances[next] <= tolerance)) continue;
-      const double part = std::clamp(distances[i] / (distances[i] - distances[next]), 0.0, 1.0);
-      kept.push_back(corners[i] + part * (corners[next] - corners[i]));
+      const double fraction = std::clamp(distances[i] / (distances[i] - distances[next]), 0.0, 1.0);
+      kept.push_back(corners[i] + fraction * (corners[next] - corners[i]));
     }
     corners.swap(kept);
   }
@@ -289,8 +288,7 @@ class Manifold {
   void add(const Disc& a, const Segment& b) { add_disc_segment(a, b, false); }
   void add(const Segment& a, const Disc& b) { add_disc_segment(b, a, true); }
   void add(const Segment& a, const Polygon& b);
-  /// Adds the corners of the common part. One polygon is the reference, whose plane is perpendicular to the
-  /// normal.
+  /// Adds the corners of the common part. The plane of the reference polygon is perpendicular to the normal.
   void add(const Polygon& a, const Polygon& b, bool reference_is_b);
   /// Adds the ends of the part along which the segments are beside each other, if they are parallel to within
   /// `preference`; else adds nothing and returns false.
@@ -308,10 +306,9 @@ class Manifold {
 
  private:
   void add_disc_segment(const Disc& disc, const Segment& line, bool line_is_a);
-  /// Adds the collected pairs of points in their order around the disc; of points nearer than `near` to each
-  /// other one.
+  /// Adds the collected pairs of points in their order around the disc; of points within `near` only one.
   void push_round(double near);
-  bool is_across(const Vector3& gap, double tolerance) const;
+  bool is_along_normal(const Vector3& gap, double tolerance) const;
   void push(const Vector3& one, const Vector3& other, bool swapped);
 
   Vector3 normal_;

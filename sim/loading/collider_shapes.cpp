@@ -14,12 +14,12 @@
 namespace substep {
 namespace {
 
-/// Compares scales to five digits, since single precision changes their seventh.
+/// Returns true for scales that agree to five digits: single precision changes the seventh.
 bool is_equal_scale(double a, double b) {
   return std::fabs(a - b) <= 1e-5 * std::max(a, b);
 }
 
-/// Returns the result of `make`, and adds the place in the file to its errors.
+/// Returns the result of `make`. Errors of `make` become errors at `place` in the file.
 template <typename Make>
 Shape made(const JsonValue& place, const Make& make) {
   try {
@@ -48,8 +48,8 @@ void add_ball(std::vector<Vector3>& points, double y, double radius, int first_r
   }
 }
 
-/// Returns the hull of points on a sphere or capsule under a non-uniform scale. `unscaled` keeps it before
-/// scaling. Throws Error where it is thinner than 1e-5 of its size.
+/// Returns the hull of points on a sphere or capsule under a non-uniform scale. `unscaled` caches the hull
+/// before scaling. Throws Error where the hull is thinner than 1e-5 of its size.
 Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
               const JsonValue& place) {
   if (!(scale.minCoeff() > 1e-5 * scale.maxCoeff())) {
@@ -115,7 +115,7 @@ std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<co
   return result;
 }
 
-/// Returns the distances of points from a hull, along the lines to its centre; 0 inside.
+/// Returns the distances of points from a hull along the lines to its centre, m; 0 inside.
 std::vector<double> distances_outside(const Polytope& hull, std::span<const Vector3> points) {
   std::vector<Vector3> poles;  // of the faces: on a face pole · (point − centre) is 1
   for (std::size_t face = 0; face < hull.face_count(); ++face) {
@@ -132,14 +132,15 @@ std::vector<double> distances_outside(const Polytope& hull, std::span<const Vect
   return distances;
 }
 
-/// Returns true where a connected part of a closed mesh, with a volume of the other sign than `volume`, the
-/// whole's, is no cavity: it does not lie in the bounds of a part with a volume of that sign.
+/// Returns true where a connected part of a closed mesh faces inwards and is no cavity: its volume has the
+/// other sign than `volume`, the whole's, and no part with that sign has bounds around it.
 bool has_inward_part(std::span<const Vector3> points, std::span<const Triangle> triangles, double volume) {
   struct Part {
     double fraction = 0;  // of the whole's volume
     Bounds bounds;
   };
-  std::vector<std::uint32_t> joined = welded(points);  // to a vertex of the same part, itself for the first
+  // Join vertices of each part in a tree of which the first one is the root.
+  std::vector<std::uint32_t> joined = welded(points);
   const auto first = [&](std::uint32_t vertex) {
     while (joined[vertex] != vertex) vertex = joined[vertex] = joined[joined[vertex]];
     return vertex;
@@ -209,7 +210,7 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
       !std::ranges::all_of(given, [](const Vector3& p) { return p.allFinite(); })) {
     return {convex_hull(given, what), {}};
   }
-  // Set `full`, and return whether it is small enough
+  // Make the full hull, and return whether it is small enough.
   Polytope full;
   const auto make_full_hull = [&](std::span<const Vector3> points) {
     full = convex_hull(points, what);

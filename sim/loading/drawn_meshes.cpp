@@ -1,4 +1,4 @@
-/// The meshes that are drawn: their normals, and the bodies that they belong to.
+// Makes the meshes and visuals of a scene: their normals, and the bodies that they follow.
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 namespace substep {
 namespace {
 
-/// Returns the attributes of `vertices`, in their order, without tangents, which fit other normals.
+/// Returns the attributes of `vertices`, in their order, without tangents, since normals have changed.
 VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<const std::uint32_t> vertices) {
   const auto chosen = [&](const auto& all) {
     std::remove_cvref_t<decltype(all)> some;
@@ -30,14 +30,14 @@ VertexAttributes attributes_of(const VertexAttributes& attributes, std::span<con
           {}};
 }
 
-/// Returns a normal for each corner of each triangle, smooth but at creases. `areas` are twice the triangles'
-/// areas times their unit normals, `directions` the unit normals, 0 for triangles without area.
+/// Returns a normal for each corner of each triangle, smooth except at creases. `areas`: twice the triangles'
+/// areas times their unit normals. `directions`: the unit normals, 0 for triangles without area.
 std::vector<std::array<Vector3, 3>> crease_normals(const Mesh& mesh, std::span<const Vector3> areas,
                                                    std::span<const Vector3> directions) {
   constexpr double cosine_of_crease = 0.766;       // 40°
-  constexpr std::ptrdiff_t most_neighbours = 256;  // corners with more stay flat: summing takes their square
+  constexpr std::ptrdiff_t most_neighbours = 256;  // corners with more stay flat: the cost is their square
 
-  // Sort all corners, those at one position together.
+  // Sort the corners by position.
   struct Corner {
     std::uint32_t triangle;
     std::uint32_t index;
@@ -78,7 +78,7 @@ std::vector<std::array<Vector3, 3>> crease_normals(const Mesh& mesh, std::span<c
   return normals;
 }
 
-/// Adds a mesh, with the last of the surfaces if it has no material. Returns its index.
+/// Adds a mesh and returns its index. A mesh without a material gets the last of the surfaces.
 int add_mesh(Scene& scene, Mesh mesh, const std::string& name) {
   mesh.name = name;
   if (mesh.surface < 0) mesh.surface = static_cast<int>(scene.surfaces.size()) - 1;
@@ -106,7 +106,7 @@ std::map<int, std::vector<Triangle>> triangles_of_bodies(const GltfPrimitive& pr
   return triangles;
 }
 
-/// Adds a visual for each body that the triangles of a skinned primitive follow, in the pose of the start.
+/// Adds a visual for each body that triangles of a skinned primitive follow, posed as at the start.
 void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitive& primitive,
                          const std::string& name) {
   const GltfSkin& skin = draft.skins[draft.document.nodes[node].skin];
@@ -183,8 +183,8 @@ Mesh with_normals(Mesh mesh, Shading shading) {
 void add_visuals(SceneDraft& draft) {
   constexpr std::size_t most_visuals = 200'000;
   draft.scene.surfaces = read_surfaces(draft.document, draft.scene.images);
-  std::vector<int> first_mesh(draft.meshes.size(), -1);  // among the scene's, of each mesh of the document
-  bool skinned = false;
+  std::vector<int> first_mesh(draft.meshes.size(), -1);  // of each document's mesh: its first scene mesh
+  bool any_skinned = false;
   for (std::size_t i = 0; i < draft.document.nodes.size(); ++i) {
     const GltfNode& node = draft.document.nodes[i];
     if (!node.in_scene || node.mesh < 0) continue;
@@ -194,20 +194,20 @@ void add_visuals(SceneDraft& draft) {
     if (draft.scene.visuals.size() + mesh.primitives.size() > most_visuals) {
       draft.node_json(i).fail("with it more than {} primitives are to be drawn", most_visuals);
     }
-    const auto is_held = [&](const GltfPrimitive& primitive) {
+    const auto is_skinned = [&](const GltfPrimitive& primitive) {
       return node.skin >= 0 && !primitive.influences.empty();
     };
     for (const GltfPrimitive& primitive : mesh.primitives) {
-      if (!is_held(primitive)) continue;
+      if (!is_skinned(primitive)) continue;
       add_skinned_visuals(draft, i, primitive, name);
-      skinned = true;
+      any_skinned = true;
     }
-    if (std::ranges::all_of(mesh.primitives, is_held)) continue;
+    if (std::ranges::all_of(mesh.primitives, is_skinned)) continue;
     int& first = first_mesh[node.mesh];
     if (first < 0) {
       first = static_cast<int>(draft.scene.meshes.size());
       for (GltfPrimitive& primitive : mesh.primitives) {
-        // Only skins need a mesh more than once.
+        // Copy the primitive where skins may need it again.
         add_mesh(draft.scene, draft.skins.empty() ? std::move(primitive) : primitive, name);
       }
     }
@@ -219,12 +219,12 @@ void add_visuals(SceneDraft& draft) {
     visual.translation = body_from_node * placement.translation;
     if (!(std::fabs(visual.linear.determinant()) > 0)) continue;  // scaled to nothing
     for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
-      if (is_held(mesh.primitives[k])) continue;
+      if (is_skinned(mesh.primitives[k])) continue;
       visual.mesh = first + static_cast<int>(k);
       draft.scene.visuals.push_back(visual);
     }
   }
-  if (skinned) {
+  if (any_skinned) {
     draft.document.source->warnings.emplace_back(
         "skinned meshes are drawn in rigid pieces, each with the body that holds most of it");
   }

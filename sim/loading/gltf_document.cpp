@@ -19,6 +19,7 @@ constexpr std::array<const char*, 6> known_extensions{
     "KHR_implicit_shapes",   "KHR_physics_rigid_bodies", "KHR_lights_punctual",
     "KHR_texture_transform", "KHR_materials_unlit",      "KHR_materials_emissive_strength"};
 
+/// The chunks of a .glb file.
 struct Container {
   std::string_view json;
   std::optional<std::string_view> binary;
@@ -103,9 +104,9 @@ std::string data_of(const JsonValue& uri) {
   if (!text.substr(0, comma).ends_with(";base64")) {
     uri.fail("is a data URI that is not base64, the only coding read");
   }
-  std::optional<char> stranger;
-  std::string bytes = base64_decoded(text.substr(comma + 1), stranger);
-  if (stranger) uri.fail("has a byte that is not base64 (code {})", static_cast<unsigned char>(*stranger));
+  std::optional<char> invalid;
+  std::string bytes = base64_decoded(text.substr(comma + 1), invalid);
+  if (invalid) uri.fail("has a byte that is not base64 (code {})", static_cast<unsigned char>(*invalid));
   return bytes;
 }
 
@@ -177,9 +178,9 @@ std::optional<fs::path> file_of_uri(const JsonValue& uri, const GltfDocument& do
   }
   const std::string name = percent_decoded(uri);
   if (name.empty()) uri.fail("is empty");
-  bool leaves = false;
-  std::optional<fs::path> found = file_beside(document.file, name, leaves);
-  if (leaves) uri.fail("'{}' leaves the scene's folder; only files in it or below are read", name);
+  bool leaves_folder = false;
+  std::optional<fs::path> found = file_beside(document.file, name, leaves_folder);
+  if (leaves_folder) uri.fail("'{}' leaves the scene's folder; only files in it or below are read", name);
   return found;
 }
 

@@ -37,19 +37,19 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t most_objects = 1000;
 constexpr std::uintmax_t largest_material_file = std::uintmax_t{1} << 24;
 
-// Limits for reading a file of some size. Every format takes a few bytes for a vertex, so the result cannot
-// be many times as large, and every reader gets through a mebibyte in a fraction of a second.
+/// Limits for reading a file, by its size. Every format takes a few bytes for a vertex, so the result cannot
+/// be many times as large, and every reader takes a fraction of a second for a mebibyte.
 struct Limits {
   explicit Limits(std::size_t bytes)
       : seconds(1 + static_cast<unsigned>(bytes / (std::size_t{1} << 20))),
         memory((std::size_t{1} << 29) + 64 * bytes),
         result((std::size_t{1} << 24) + 32 * bytes) {}
-  unsigned seconds;    // of processor time
-  std::size_t memory;  // bytes on top of what the process has
-  std::size_t result;  // bytes
+  unsigned seconds;    ///< of processor time
+  std::size_t memory;  ///< bytes beyond those that the process already has
+  std::size_t result;  ///< bytes
 };
 
-// The file itself from memory, and the material files beside it.
+/// The files that assimp can open: the mesh file, from memory, and the material files beside it.
 class MeshSystem : public Assimp::IOSystem {
  public:
   MeshSystem(const fs::path& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
@@ -69,7 +69,7 @@ class MeshSystem : public Assimp::IOSystem {
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
-  std::string missing;  // the first material file that cannot be read
+  std::string missing;  ///< the first material file that cannot be read
 
  private:
   std::optional<fs::path> find(const char* name) const {
@@ -89,7 +89,7 @@ class MeshSystem : public Assimp::IOSystem {
   std::list<std::string> materials_;
 };
 
-/// Takes the lists of plain values that a MeshWriter wrote.
+/// A reader of the lists of plain values that a MeshWriter wrote.
 class Reader {
  public:
   Reader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
@@ -109,6 +109,7 @@ class Reader {
     return list;
   }
 
+  /// Throws Error.
   [[noreturn]] void break_off() const {
     throw Error(file_ + ": assimp breaks off reading it: it is damaged");
   }
@@ -135,9 +136,8 @@ std::vector<double> color_of(const aiMaterial& material) {
     return {};
   }
   std::vector<double> linear;
-  for (const float channel : {color.r, color.g, color.b}) {
+  for (const float channel : {color.r, color.g, color.b})
     linear.push_back(to_linear(std::clamp(channel, 0.f, 1.f)));
-  }
   return linear;
 }
 
@@ -189,7 +189,7 @@ class MeshWriter {
     std::vector<Vector3> positions;
     std::vector<Vector3> normals;
     std::vector<Triangle> triangles;
-    // Normals go with the cofactors; signs are settled where triangles are wound.
+    // Transform normals by the cofactors. Their signs are corrected where triangles are wound.
     Matrix3 cofactors;
     for (int i = 0; i < 3; ++i) cofactors.col(i) = linear.col((i + 1) % 3).cross(linear.col((i + 2) % 3));
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
@@ -213,6 +213,7 @@ class MeshWriter {
   std::uint32_t objects_ = 0;
 };
 
+/// Returns the meshes that assimp reads, as a MeshWriter writes them.
 std::string converted(const fs::path& file, const std::string& bytes, const Limits& limits) {
   Assimp::Importer importer;
   auto* const system = new MeshSystem(file, bytes);
@@ -222,7 +223,7 @@ std::string converted(const fs::path& file, const std::string& bytes, const Limi
   if (!scene || !scene->mRootNode) throw Error(importer.GetErrorString());
   // Readers of other formats request files that need not be there.
   const std::string missing = lower_extension(file) == ".obj" ? system->missing : "";
-  // In STL files each triangle has its own normal, which does not tell how smooth the surface is.
+  // Ignore the normals of STL files: each triangle has its own, even where the surface is smooth.
   return std::move(MeshWriter(*scene, missing, lower_extension(file) != ".stl", limits.result).bytes);
 }
 
@@ -252,17 +253,16 @@ constexpr bool can_limit_memory = true;
 #endif
 
 [[noreturn]] void run_child(int to, const fs::path& file, const std::string& bytes, const Limits& limits) {
-  // Signals end this process alone, without a trace.
-  for (const int number : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU, SIGALRM, SIGPIPE}) {
+  // Reset the parent's handlers: a signal ends this process silently.
+  for (const int number : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU, SIGALRM, SIGPIPE})
     signal(number, SIG_DFL);
-  }
   const int nowhere = open("/dev/null", O_RDWR);
   for (int standard = 0; nowhere >= 0 && standard < 3; ++standard) dup2(nowhere, standard);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.seconds);
   limit(RLIMIT_FSIZE, 0);
   if (can_limit_memory) limit(RLIMIT_AS, address_space_in_use() + limits.memory);
-  alarm(20 * limits.seconds);  // for a child that waits for something, on a busy machine too
+  alarm(20 * limits.seconds);  // ends a child that waits forever; twenty times, for busy machines
   std::string answer;
   try {
     answer = answer_mesh + converted(file, bytes, limits);
@@ -280,7 +280,7 @@ constexpr bool can_limit_memory = true;
   _exit(0);
 }
 
-// Runs assimp in a child process and returns its answer; throws Error when there is none.
+/// Runs assimp in a child process and returns its answer; throws Error when there is none.
 std::string answer_of_child(const fs::path& file, const std::string& bytes, const Limits& limits) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw Error(file.string() + ": no pipe can be opened to read it through");
@@ -313,8 +313,8 @@ std::string answer_of_child(const fs::path& file, const std::string& bytes, cons
   return answer;
 }
 
-/// Takes a mesh that a MeshWriter wrote, and checks all of it: the child may have been corrupted.
-Mesh taken_mesh(Reader& reader, const std::string& where) {
+/// Reads a mesh that a MeshWriter wrote, and checks all of it: the child may have been corrupted.
+Mesh checked_mesh(Reader& reader, const std::string& where) {
   Mesh mesh;
   mesh.positions = reader.take<Vector3>();
   mesh.normals = reader.take<Vector3>();
@@ -326,7 +326,7 @@ Mesh taken_mesh(Reader& reader, const std::string& where) {
   for (Vector3& normal : mesh.normals) normal = normal.stableNormalized();
   const auto is_unit = [](const Vector3& normal) { return normal.squaredNorm() > 0.5; };
   if (mesh.normals.size() != mesh.positions.size() || !std::ranges::all_of(mesh.normals, is_unit)) {
-    mesh.normals.clear();  // one has no direction: as if none had been given
+    mesh.normals.clear();  // one is missing or has no direction
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (std::ranges::max(mesh.triangles[i]) < mesh.positions.size()) continue;
@@ -335,12 +335,12 @@ Mesh taken_mesh(Reader& reader, const std::string& where) {
   return mesh;
 }
 
-// assimp's stand-ins for a name that the file does not give.
+/// Returns true for names that assimp makes up where the file gives none.
 bool is_placeholder(const std::string& name) {
   return name.empty() || name.front() == '<' || name == "defaultobject" || name == "default";
 }
 
-void add_mesh(MeshFile& file, Reader& reader, const std::string& complaint, const std::string& stem,
+void add_mesh(MeshFile& file, Reader& reader, const std::string& file_name, const std::string& stem,
               UniqueNames& names) {
   const std::vector<std::uint32_t> object = reader.take<std::uint32_t>();
   const std::vector<char> given = reader.take<char>();
@@ -352,7 +352,7 @@ void add_mesh(MeshFile& file, Reader& reader, const std::string& complaint, cons
   const std::vector<double> color = reader.take<double>();
   const std::string& name = file.objects.back().name;
   Mesh& mesh = file.objects.back().meshes.emplace_back(
-      taken_mesh(reader, fmt::format("{}: mesh '{}'", complaint, name)));
+      checked_mesh(reader, fmt::format("{}: mesh '{}'", file_name, name)));
   mesh.surface = -1;
   if (color.size() != 3) return;
   mesh.surface = static_cast<int>(file.surfaces.size());
@@ -368,22 +368,22 @@ bool is_mesh_extension(const std::string& extension) {
 }
 
 MeshFile read_mesh_file(const fs::path& file) {
-  const std::string complaint = file.string();
-  const std::string bytes = read_bytes(file, complaint);
-  if (bytes.empty()) throw Error(complaint + ": is empty");
+  const std::string file_name = file.string();
+  const std::string bytes = read_bytes(file, file_name);
+  if (bytes.empty()) throw Error(file_name + ": is empty");
   const std::string answer = answer_of_child(file, bytes, Limits(bytes.size()));
   if (answer.front() != answer_mesh)
-    throw Error("{}: cannot be read as a mesh: {}", complaint, printable(answer.substr(1)));
+    throw Error("{}: cannot be read as a mesh: {}", file_name, printable(answer.substr(1)));
   MeshFile mesh_file;
   mesh_file.hash = add_binary_to_hash(fnv1a_start, bytes);
   UniqueNames names;
-  Reader reader(std::string_view(answer).substr(1), complaint);
+  Reader reader(std::string_view(answer).substr(1), file_name);
   if (const std::vector<char> missing = reader.take<char>(); !missing.empty()) {
     mesh_file.warnings.push_back(fmt::format(
         "its material file '{}' is empty or not in the mesh's folder: put it there for its colours",
         printable(std::string(missing.begin(), missing.end()))));
   }
-  while (!reader.at_end()) add_mesh(mesh_file, reader, complaint, file.stem().string(), names);
+  while (!reader.at_end()) add_mesh(mesh_file, reader, file_name, file.stem().string(), names);
   return mesh_file;
 }
 

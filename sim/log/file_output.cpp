@@ -46,8 +46,8 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   return !real_a.empty() && real_a == real_b;
 }
 
-// A signal handler may neither lock nor allocate, so the files that it has to remove are in a table of fixed
-// size. If the table is full, the next run removes the file.
+/// A partial file in the table of those that a signal handler removes. The table's size is fixed, since a
+/// handler may neither lock nor allocate. Files that find no room are removed by the next run.
 struct Entry {
   enum State { unused, taken, listed };
   std::atomic<int> state{unused};
@@ -58,7 +58,7 @@ std::array<std::atomic<pid_t>, 16> writers;
 std::atomic<bool> is_ending{false};
 
 /// Enters a path in the table. Returns its slot; −1 where the table is full or the path too long.
-int listed(const fs::path& path) {
+int enter(const fs::path& path) {
   if (path.native().size() >= Entry{}.path.size()) return -1;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     int expected = Entry::unused;
@@ -75,9 +75,9 @@ void unlist(int& slot) {
   slot = -1;
 }
 
-/// Removes a folder and the files in it, with nothing but system calls.
+/// Removes a folder and the files in it, by system calls alone.
 void remove_folder(const char* path) noexcept {
-  // Another thread may be adding a file.
+  // Try again, since another thread may be adding a file.
   for (int attempt = 0; attempt < 100 && ::rmdir(path) != 0 && errno == ENOTEMPTY; ++attempt) {
     const int folder = ::open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return;
@@ -97,7 +97,7 @@ void remove_folder(const char* path) noexcept {
   }
 }
 
-/// Returns true where the path still names the open file.
+/// Returns true where the path names the open file.
 bool is_name_of(const fs::path& path, int descriptor) {
   struct stat named {};
   struct stat open {};
@@ -116,8 +116,8 @@ int flush(int descriptor) {
   return ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
 }
 
-/// Waits until the file or folder at a path is on the disk. Returns 0 or an errno, and 0 for a path that
-/// cannot be opened.
+/// Waits until the file or folder at a path is on the disk. Returns 0 or an errno; 0 where it cannot be
+/// opened.
 int flush(const fs::path& path) {
   const int descriptor = ::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return 0;
@@ -126,10 +126,10 @@ int flush(const fs::path& path) {
   return failure;
 }
 
-/// Removes partial files of `target` that no process holds.
-void remove_left_ones(const fs::path& target) {
+/// Removes partial files of `target` that no process has locked.
+void remove_stale_files(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  if (is_partial(folder)) return;  // this process made the folder: nothing in it is older
+  if (is_partial(folder)) return;  // this process made the folder, so nothing in it is stale
   const std::string start = fmt::format(".{}.", target.filename().string());
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -144,6 +144,7 @@ void remove_left_ones(const fs::path& target) {
   }
 }
 
+/// Makes a file or folder and returns its descriptor; −1 and errno where that fails.
 int make(const fs::path& path, PartialFile::Kind kind) {
   if (kind == PartialFile::Kind::file) {
     return ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -157,26 +158,26 @@ int make(const fs::path& path, PartialFile::Kind kind) {
 PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)) {
   static std::atomic<int> count{0};
   if (is_device(target_)) throw Error("{}: cannot be replaced: it is a device", target_.string());
-  remove_left_ones(target_);
-  // Make another file if a process takes this one for stale and removes it before it is locked.
+  remove_stale_files(target_);
+  // Make another file if a process removes this one as stale before it is locked.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     path_ = target_;
     path_.replace_filename(
         fmt::format(".{}.{}-{}{}", target_.filename().string(), ::getpid(), count.fetch_add(1), extension));
     unlist(slot_);
-    slot_ = listed(path_);
+    slot_ = enter(path_);
     descriptor_ = make(path_, kind);
     if (descriptor_ < 0) {
       const int failure = errno;
       unlist(slot_);
       refuse(target_, failure);
     }
-    if (is_ending) {
+    if (is_ending) {  // remove_partial_files() has begun
       remove_partial_files();
       for (;;) ::pause();
     }
-    // On a file system without locks later runs remove no stale files.
+    // Ignore file systems without locks, on which later runs remove no stale files.
     ::flock(descriptor_, LOCK_EX);
   } while (!is_name_of(path_, descriptor_));
 }
@@ -191,7 +192,7 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::publish() {
-  // Leave a file in a partial folder to the folder's publish(), which flushes its files together: faster.
+  // Flush no file of a partial folder: the folder's publish() flushes all its files together, faster.
   const bool flushes = !is_partial(target_.parent_path());
   std::error_code none;
   int failure = 0;
@@ -254,9 +255,9 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::write(std::string_view content) {
-  constexpr std::size_t enough = 1 << 16;
+  constexpr std::size_t buffer_size = 1 << 16;
   waiting_ += content;
-  if (waiting_.size() >= enough) flush();
+  if (waiting_.size() >= buffer_size) flush();
 }
 
 void OutputFile::flush() {

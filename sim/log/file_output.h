@@ -12,13 +12,13 @@
 namespace substep {
 
 /// A hidden file or folder that is written beside its target and then renamed to it. It is removed after an
-/// error, SIGINT or SIGTERM. That of a killed process is removed when the same output is written again.
+/// error, SIGINT or SIGTERM. A killed process leaves it, until the same output is written again.
 class PartialFile {
  public:
   enum class Kind { file, folder };
 
   /// Makes an empty file or folder beside `target`, under a name of this process alone, and locks it while
-  /// this object lives. Removes partial files of `target` that no process holds. Throws Error.
+  /// this object lives. Removes partial files of `target` that no process has locked. Throws Error.
   explicit PartialFile(std::filesystem::path target, Kind kind = Kind::file);
   ~PartialFile();  ///< removes a partial file that was not published
   PartialFile(const PartialFile&) = delete;
@@ -55,12 +55,11 @@ class PartialFileWriter {
 /// wait until the process ends. May be called in a signal handler.
 void remove_partial_files() noexcept;
 
-/// A file that is written piece by piece beside its target, and then renamed to it. Devices and pipes are
-/// written directly.
+/// A file that is written beside its target, and then renamed to it. Devices and pipes are written directly.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& file);  ///< throws Error
-  ~OutputFile();                                           ///< without publish() the file is as it was
+  ~OutputFile();                                           ///< keeps the old file without publish()
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 

@@ -23,6 +23,7 @@ constexpr std::string_view log_name = "substep pose log";
 constexpr std::string_view first_line = "substep pose log 1";
 constexpr std::string_view units_line = "units metres seconds radians";
 
+/// Returns the text with control characters and backslashes as \x and two hexadecimal digits.
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : text) {
@@ -36,8 +37,7 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-/// Returns at most 60 bytes, escaped, for a message: a binary file has lines of megabytes and control
-/// characters.
+/// Returns at most 60 bytes, escaped, for a message: a binary file can have lines of megabytes.
 std::string shortened(std::string_view text) {
   return escaped(text.substr(0, 60)) + (text.size() > 60 ? "…" : "");
 }
@@ -170,9 +170,9 @@ void read_header(PoseLogReader& reader, PoseLog& log) {
   if (reader.is_next("author ")) log.author = reader.name(reader.value("author"));
   for (const SettingsField& field : settings_fields) {
     if (!log.has_setting(field.name)) continue;
-    // Accept logs that are older than the field, which then is as in Settings{}.
-    const bool may_lack = field.can_be_left_out || !field.overrides.empty();
-    if (may_lack && !reader.is_next(field.name)) continue;
+    // Accept logs that are older than the field, which then keeps its value in Settings{}.
+    const bool is_optional = field.can_be_left_out || !field.overrides.empty();
+    if (is_optional && !reader.is_next(field.name)) continue;
     const std::string_view text = reader.value(field.name);
     if (set(log.settings, field, text)) continue;
     reader.refuse("{} '{}': must be {}", field.name, shortened(text), kind_of(field));
@@ -310,7 +310,7 @@ PoseLog header_of(const Simulation& simulation, int full_every) {
   return log;
 }
 
-/// Runs the steps and passes each frame to `take` after the next step, since the last frame must be full.
+/// Runs the steps. Passes each frame to `take` only after the next step, since the last frame must be full.
 /// Returns "ok" or how the run failed.
 std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
                 const std::function<void(PoseLog::Frame)>& take) {

@@ -69,7 +69,7 @@ PoseLog parse_pose_log(std::string_view text, const std::string& what);
 
 std::string to_text(const PoseLog& log);
 
-/// Called after each step with the frame's number.
+/// A function that is called after each step with the frame's number and the step's report.
 using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 
 /// Runs the simulation for `frames` steps and logs it. Ends early when it diverges. `end` reports this, and
@@ -99,7 +99,7 @@ struct BodyDifference {
   }
 };
 
-/// Orientations that are equal up to the sign of their quaternions are equal.
+/// Returns the difference of two poses. Quaternions of opposite signs are equal orientations.
 BodyDifference difference(const Coordinates& a, const Coordinates& b);
 
 /// The first frame whose hashes differ, and there the body and quantity that differ most.
@@ -119,6 +119,7 @@ struct PoseDifference {
   bool none() const { return first_frame < 0 && first_contradiction < 0 && headers.empty(); }
 };
 
+/// Compares all frames, poses and headers.
 PoseDifference compare(const PoseLog& expected, const PoseLog& actual);
 
 }  // namespace substep

@@ -26,7 +26,7 @@ std::string base64(std::string_view bytes) {
   return result;
 }
 
-std::string base64_decoded(std::string_view text, std::optional<char>& stranger) {
+std::string base64_decoded(std::string_view text, std::optional<char>& invalid) {
   while (!text.empty() && text.back() == '=') text.remove_suffix(1);
   std::string decoded;
   decoded.reserve(text.size() / 4 * 3 + 3);
@@ -35,7 +35,7 @@ std::string base64_decoded(std::string_view text, std::optional<char>& stranger)
   for (const char c : text) {
     const std::size_t digit = digits.find(c);
     if (digit == digits.npos) {
-      stranger = c;
+      invalid = c;
       break;
     }
     bits = bits << 6 | static_cast<std::uint32_t>(digit);

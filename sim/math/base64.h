@@ -7,10 +7,10 @@
 
 namespace substep {
 
-std::string base64(std::string_view bytes);
+std::string base64(std::string_view bytes);  ///< returns text that is padded with '='
 
 /// Returns the bytes of a text, with or without '=' at its end. Stops at the first byte that is not base64,
-/// and puts it into `stranger`.
-std::string base64_decoded(std::string_view text, std::optional<char>& stranger);
+/// and puts it into `invalid`.
+std::string base64_decoded(std::string_view text, std::optional<char>& invalid);
 
 }  // namespace substep

@@ -36,13 +36,14 @@ double polynomial(const std::array<double, Count>& coefficients, double s) {
   return value;
 }
 
+/// A rotation as a quaternion.
 struct FreeTurn {
   double cosine;   ///< of half the angle
   Vector3 vector;  ///< the axis times the sine of half the angle
 };
 
-/// Returns how a free body turns in `duration`, which must be short: Euler's equations and q' = q ω/2 as
-/// series in powers of time, until the terms vanish. `shape`: (I₂ − I₃)/I₁ and its cyclic permutations.
+/// Returns the rotation of a free body in a short `duration`: sums Euler's equations and q' = q ω/2 as series
+/// in powers of time, until the terms vanish. `shape`: (I₂ − I₃)/I₁ and its cyclic permutations.
 FreeTurn free_turn(const Vector3& velocity, const Vector3& shape, double duration) {
   constexpr int most_terms = 24;
   constexpr double least_term = 1e-18;
@@ -105,7 +106,7 @@ Quaternion rotation_quaternion(const Vector3& a) {
 }
 
 double angle_of(double sine, double cosine) {
-  // By Newton's method on sine and cosine from an estimate: atan2 of libm would differ between machines.
+  // Improve an estimate by Newton's method on sine and cosine: libm's atan2 differs between machines.
   const double length = std::sqrt(sine * sine + cosine * cosine);
   if (length == 0) return 0;
   const double s = std::abs(sine) / length;
@@ -148,14 +149,14 @@ Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const 
                                    double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);
   Vector3 w = local_angular_velocity;
-  // About a principal axis, or at rest, there is nothing to change.
+  // Return at once at rest and about a principal axis, where the velocity stays.
   if (momentum.cross(w) == Vector3::Zero()) return Vector3::Zero();
-  // Newton on f(w) = I w − R(−h w) I ω̆, whose last term turns the old momentum into the stepped body's frame.
-  // Four steps reach rounding for turns of up to half a radian a step; more turn takes a few more.
+  // Solve f(w) = I w − R(−h w) I ω̆ = 0 by Newton's method; the last term is the old momentum in the stepped
+  // body's frame. Four steps reach rounding for turns of up to half a radian; larger turns take a few more.
   for (int i = 0; i < 12; ++i) {
     const Vector3 turned = rotation_quaternion(-duration * w) * momentum;
     const Vector3 f = inertia.cwiseProduct(w) - turned;
-    // ∂f/∂w ≈ I − h [R(−h w) L]×, to first order in h w. The root is exact, since f is.
+    // Approximate ∂f/∂w by I − h [R(−h w) L]×, to first order in h w. The root is exact, since f is.
     Matrix3 derivative = inertia.asDiagonal();
     derivative(0, 1) += duration * turned.z();
     derivative(0, 2) -= duration * turned.y();
@@ -173,7 +174,7 @@ Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const 
 Vector3 mean_of_free_rotation(const Vector3& local_angular_velocity, const Vector3& inertia,
                               double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);
-  // About a principal axis, or at rest, the velocity stays.
+  // Return at once at rest and about a principal axis, where the velocity stays.
   if (momentum.cross(local_angular_velocity) == Vector3::Zero()) return local_angular_velocity;
   constexpr double longest_turn = 0.25;  // rad, of a series
   constexpr double most_parts = 4096;
@@ -191,7 +192,7 @@ Vector3 mean_of_free_rotation(const Vector3& local_angular_velocity, const Vecto
     if (parts > 1) whole = compose(whole, {part.cosine, part.vector.x(), part.vector.y(), part.vector.z()});
   }
   if (parts == 1) return sum / duration;
-  // Choose the vector of this rotation that turns as often as the body did
+  // Choose the rotation vector with as many full turns as the body made.
   const Vector3 shortest = rotation_vector(whole);
   const double angle = shortest.norm();
   if (angle == 0) return sum / duration;

@@ -56,9 +56,9 @@ struct JointMotion {
   Matrix3 axes_b;
   Vector3 spin_a;
   Vector3 spin_b;
-  Vector3 offset;  ///< from b's origin to a's
-  Vector3 offset_rate;
-  Vector3 centripetal;
+  Vector3 offset;       ///< from b's origin to a's, m
+  Vector3 offset_rate;  ///< m/s
+  Vector3 centripetal;  ///< second derivative of `offset` without the bodies' accelerations, m/s²
 };
 
 /// Returns J̆' v̆ of a lock's rows: the second derivative of their C without acceleration.
@@ -89,11 +89,11 @@ inline Vector3 second_derivative(const Lock& lock, const JointMotion& t) {
   return result;
 }
 
-/// The dynamics of rigid two-sided rows, whose λ is solved for, and of springs and drives, which are forces.
-/// Velocities are local ones, v̆.
+/// The dynamics of bodies with rigid two-sided rows, whose λ is solved for, and with springs and drives,
+/// which are forces. Velocities are local ones, v̆.
 class ConstrainedDynamics {
  public:
-  /// `size`: of the scene, m. One-sided limits are no rows before they are held.
+  /// `size`: of the scene, m. One-sided limits are rows only while they are held.
   ConstrainedDynamics(const Model& model, double size)
       : size_(size),
         rigid_model_(rigid_part(model)),
@@ -107,7 +107,7 @@ class ConstrainedDynamics {
   ConstrainedDynamics(const ConstrainedDynamics&) = delete;
   ConstrainedDynamics& operator=(const ConstrainedDynamics&) = delete;
 
-  /// Makes these one-sided limits two-sided rows, and no others.
+  /// Makes these one-sided limits two-sided rows, and releases all others.
   void hold(const std::vector<Limit>& bounds) {
     rigid_model_.limits.resize(two_sided_);
     for (const Limit& bound : bounds) {
@@ -133,8 +133,8 @@ class ConstrainedDynamics {
     return {all.begin() + static_cast<std::ptrdiff_t>(two_sided_), all.end()};
   }
 
-  /// Return for each drive which limit its force is at (1: the greatest force, −1: the opposite one, 0:
-  /// none): as the integrator assumes it, and as q and v give it.
+  /// Return the limit at which each drive's force is (1: the greatest force, −1: the opposite one, 0: none):
+  /// drive_sides() as the integrator assumes it, drive_sides_at() as q and v give it.
   const std::vector<int>& drive_sides() const { return drive_sides_; }
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
   std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v) {
@@ -156,8 +156,8 @@ class ConstrainedDynamics {
   }
 
   /// Leaves out redundant rows until the next call. A row is redundant where its direction depends linearly
-  /// on the others to `tolerance`. Redundant rows of a closed loop agree only where C(q) = 0. Inner points of
-  /// a step drift off, where those rows would contradict one another.
+  /// on the others to `tolerance`. Redundant rows of a closed loop contradict one another at the inner points
+  /// of a step, which drift from C(q) = 0.
   void choose_rows(const CoordinateVector& q, double tolerance) {
     keep_all_rows();
     if (rigid_.c.blocks.empty()) return;
@@ -199,7 +199,7 @@ class ConstrainedDynamics {
       VelocityVector change(v.size());
       respond(change);
       step_coordinates(1, change, q);
-      if (furthest < 1e-8 * size_) break;  // the rest is its square
+      if (furthest < 1e-8 * size_) break;  // what is left is of second order
     }
     for (Row& row : rigid_.c.rows) row.beta = 0;
     respond(v);
@@ -228,8 +228,7 @@ class ConstrainedDynamics {
     return model;
   }
 
-  /// Adds springs and drives as in joint_rows.cpp, with hs → 0: force = stiffness · deflection − damping ·
-  /// rate.
+  /// Adds springs and drives as joint_rows.cpp does for hs → 0: stiffness · deflection − damping · rate.
   void add_forces(const CoordinateVector& q, const VelocityVector& v, VelocityVector& acceleration) {
     formulate(force_, q, 1);
     for (const Block& x : force_.c.blocks) {

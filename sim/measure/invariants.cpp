@@ -40,8 +40,7 @@ double lever_of(const Model& model, const Attachment& at) {
   return std::isfinite(lever) ? lever : 0;
 }
 
-/// Returns true if no body can touch or is joined to a body of infinite mass, so that only gravity changes
-/// momentum.
+/// Returns true if no body of infinite mass has a joint or a collider, so that only gravity changes momentum.
 bool is_free(const Scene& scene) {
   const auto is_fixed = [&](int body) { return scene.bodies[body].inverse_mass == 0; };
   return std::ranges::none_of(
@@ -191,8 +190,7 @@ void Invariants::add(const State& state, double time, Metrics& metrics) {
 
 void Invariants::follow(const State& state, double step, Metrics& metrics) {
   for (std::size_t i = 1; i < state.q.size(); ++i) {
-    // Add the second term of Magnus' series for a velocity that changes linearly from ω₀ to ω₁: h²/12 ω₀ ×
-    // ω₁.
+    // Add the second term of Magnus' series for a velocity that changes linearly from ω₀ to ω₁: h²/12 ω₀×ω₁.
     const Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
     summed_turns_[i] += state.q[i].angular * (step * step / 12 * local_spins_[i].cross(spin));
     local_spins_[i] = spin;

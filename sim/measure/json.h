@@ -16,7 +16,8 @@ Json to_json(const Settings& settings);
 Json to_json(const Metrics& metrics);
 Json to_json(const RunTimes& times);
 
-/// Throws nlohmann's exceptions if a field is missing or of another type, and Error for an unknown name.
+/// Returns the settings. Throws nlohmann's exceptions for a missing or wrong field, Error for an unknown
+/// name.
 Settings settings_in(const Json& json);
 /// Throw Error for JSON that to_json() does not return.
 Metrics metrics_in(const Json& json);

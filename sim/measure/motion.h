@@ -12,11 +12,11 @@ namespace substep {
 
 struct Motion {
   double interval = 0;         ///< s
-  std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged
+  std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer where the run diverged
 };
 
 /// Steps, `steps` times from sample to sample, until the motion has `samples` samples after the start or the
-/// stepper cannot go on.
+/// stepper cannot continue.
 void continue_motion(Stepper& stepper, int steps, std::size_t samples, Motion& motion);
 
 /// The instants that a run with step h and a motion with samples at each interval have in common. Throws

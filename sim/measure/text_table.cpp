@@ -70,7 +70,7 @@ std::string csv_field(const std::string& text) {
 
 std::string short_number(double value) {
   if (!(std::abs(value) < 1e9)) return "–";
-  // Rounding: its digits depend on the order of a sum.
+  // Hide the digits of rounding errors, which depend on the order of sums.
   if (value != 0 && std::abs(value) < 1e-12) return "<1e-12";
   return fmt::format("{:.3g}", value);
 }

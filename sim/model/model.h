@@ -52,7 +52,7 @@ struct Lock {
   };
   Kind kind;
   Attachment at;
-  int axis = 0;  ///< line, direction: which axis is left free
+  int axis = 0;  ///< line, direction: the axis that is left free
 };
 
 /// A coordinate of one frame relative to the other, on which a limit or a drive acts.
@@ -92,11 +92,11 @@ struct Limit {
 struct Drive {
   Attachment at;
   JointCoordinate coordinate;
-  double position_target;
-  double velocity_target;
-  double stiffness;
-  double damping;
-  double max_force;
+  double position_target;  ///< m or rad
+  double velocity_target;  ///< m/s or rad/s
+  double stiffness;        ///< N/m or N·m/rad
+  double damping;          ///< N·s/m or N·m·s/rad
+  double max_force;        ///< N or N·m
   bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
@@ -114,7 +114,7 @@ struct Contact {
   Vector3 tangent_b1;
   Vector3 tangent_b2;
   int meets_in = 0;  ///< A3: the sub-step in which the bodies meet
-  double margin;     ///< the manifold's points were looked for within this distance, m
+  double margin;     ///< distance within which the manifold's points were found, m
   double friction;
   static constexpr double no_impact = -1;
   double restitution = no_impact;  ///< of an impact, or no_impact
@@ -129,7 +129,7 @@ struct Contact {
   double displacement_2;
   Vector3 force = Vector3::Zero();      ///< ContactMemory::force, along the normal and the tangents, N
   Vector3 stiffness = Vector3::Zero();  ///< ContactMemory::stiffness, N/m
-  bool slid;                            ///< it slid already when the step began
+  bool slid;                            ///< the contact slid already when the step began
   /// Rolling: A3 formulates again with it, and no patch has such contacts. A body's surface at the contact is
   /// an ellipsoid's (touching_ellipsoid.h): as the body rolls, the point is where the normal meets the
   /// ellipsoid, in place of `arm_a` or `arm_b`.
@@ -157,7 +157,7 @@ struct Model {
   std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, without the world's, sorted
   /// Pairs that do not collide of one of the world's colliders and a body, sorted.
   std::vector<std::pair<int, int>> jointed_to_static;
-  bool contacts = false;  ///< some colliders can meet
+  bool contacts = false;  ///< true where some colliders can meet
   bool friction = false;
   bool restitution = false;
 };

@@ -15,14 +15,14 @@ struct PatchShape {
   int collider_a;  ///< indices of Scene::colliders; −1: the points are of several pairs of colliders
   int collider_b;
   int corners;
-  bool is_kept;       ///< it was found in an earlier step
-  bool slid;          ///< it slid already when the step began
+  bool is_kept;       ///< the patch was found in an earlier step
+  bool slid;          ///< the patch slid already when the step began
   Vector3 arm_a;      ///< from a's centre of mass to the centre of the points on a, in a's frame
   Vector3 arm_b;      ///< from b's centre of mass to the centre of the points on b, in b's frame
   Matrix3 axes_in_a;  ///< columns: the axes in a's frame
   Matrix3 axes_in_b;  ///< columns: the axes in b's frame
-  double tilt[2];     ///< change of the gap along the tangents, per m
-  double left[3];     ///< overlap that later steps recover: of the gap at the centre, and of its tilt
+  double tilt[2];     ///< slopes of the gap along the tangents
+  double left[3];     ///< overlap that later steps recover: at the centre, m; its slopes along the tangents
   Vector3 reference;  ///< friction's displacement less the slip of the coordinates: tangents, m; twist, rad
   double friction;    ///< μ
   /// Forces from which a warm start continues: the force along the normal, the torques about the tangents;
@@ -30,15 +30,15 @@ struct PatchShape {
   double force[6] = {};
   double radius;     ///< mean distance of the points from their centre
   double left_over;  ///< the largest overlap of a point that is still to be recovered
-  double margin;     ///< the points were looked for within this distance
+  double margin;     ///< distance within which the points were found
   Vector3 position;  ///< of a's centre of mass from b's, in b's frame
   Quaternion turn;   ///< the rotation from a's frame to b's
   double corner[most_corners]
                [2];  ///< hull of the points, along the tangents from the centre, counterclockwise
 };
 
-/// Returns how a patch has slipped since it was found: along the tangents, m, and the twist, rad. `position`:
-/// a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
+/// Returns a patch's slip since it was found: along the tangents, m, and the twist, rad. `position`: a's
+/// centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
 inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
   const Matrix3 axes_now = a_in_b.transpose() * shape.axes_in_b;
   const Vector3 apart =
@@ -46,7 +46,7 @@ inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const M
   return {apart[1], apart[2], axes_now.col(2).dot(shape.axes_in_a.col(1))};
 }
 
-/// Returns the displacement by which a point of a patch has slid, body frame of b.
+/// Returns the displacement by which a point of a patch has slid, m, body frame of b.
 inline Vector3 displacement_at(const PatchShape& shape, const Vector3& slip, const Vector3& arm_b) {
   const Vector3 moved = slip + shape.reference;
   const Vector3 offset = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);

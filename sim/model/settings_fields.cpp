@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-/// Stands for a value of any type, to count what Settings takes.
+/// A value of any type, to count the members of Settings.
 struct AnyValue {
   template <typename Value>
   operator Value() const;  // NOLINT: never called
@@ -30,6 +30,7 @@ static_assert(has_fields(std::make_index_sequence<settings_fields.size()>{}) &&
                   !has_fields(std::make_index_sequence<settings_fields.size() + 1>{}),
               "settings_fields and Settings have different numbers of fields");
 
+/// Returns the value that the whole text is; nothing for any other text.
 template <typename Value>
 std::optional<Value> read(std::string_view text) {
   if constexpr (std::is_same_v<Value, Algorithm>) {
@@ -50,8 +51,7 @@ const SettingsField* contacts_field_of(const SettingsField& field) {
   return found == settings_fields.end() ? nullptr : &*found;
 }
 
-/// Sets the contacts' own values in the group of `field` to 0, that is to the value of all rows, where that
-/// was set by its name.
+/// Resets contacts' values in the group of a field of all rows to 0, which stands for the field's value.
 void set_for_all(Settings& settings, const SettingsField& field) {
   if (!contacts_field_of(field)) return;
   for (const SettingsField& other : settings_fields) {
@@ -60,7 +60,7 @@ void set_for_all(Settings& settings, const SettingsField& field) {
   }
 }
 
-/// Returns the symbol without its "="; empty where labels have none.
+/// Returns the field's symbol in labels without its "="; empty where it has none.
 std::string_view short_key(const SettingsField& field) {
   const std::string_view symbol = field.label.symbol;
   return symbol.substr(0, std::max<std::size_t>(symbol.size(), 1) - 1);
@@ -176,10 +176,10 @@ TypedSettings typed_settings_in(std::string_view text) {
   TypedSettings typed;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(','), text.size());
-    const std::string_view word = text.substr(0, end);
-    const std::size_t equals = word.find('=');
-    if (equals == std::string_view::npos) throw Error("'{}': give KEY=VALUE", word);
-    typed.emplace_back(word.substr(0, equals), word.substr(equals + 1));
+    const std::string_view setting = text.substr(0, end);
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string_view::npos) throw Error("'{}': give KEY=VALUE", setting);
+    typed.emplace_back(setting.substr(0, equals), setting.substr(equals + 1));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return typed;

@@ -23,7 +23,7 @@ struct SettingsField {
     double low = -infinity;
     double high = infinity;
     bool has_low = true;   ///< `low` itself is allowed
-    bool has_high = true;  ///< and `high`
+    bool has_high = true;  ///< `high` itself is allowed
     std::string_view unit = {};
 
     bool contains(double value) const;  ///< false for NaN
@@ -44,8 +44,8 @@ struct SettingsField {
   std::string_view usual = {};  ///< its default in the help, where it is not one value
   Range range = {};
   Algorithm first = Algorithm::a1;  ///< the first algorithm that reads it
-  Algorithm last = Algorithm::a5;   ///< and the last
-  Algorithm also = last;            ///< and one more
+  Algorithm last = Algorithm::a5;   ///< the last algorithm that reads it
+  Algorithm also = last;            ///< one more algorithm that reads it
   Label label = {};
   /// The field of all rows that this one overrides for contacts where it is not 0. A command that sets the
   /// field of all rows by its name resets this field and the others of its group to 0.
@@ -55,7 +55,7 @@ struct SettingsField {
   bool is_read_by(Algorithm algorithm) const {
     return (first <= algorithm && algorithm <= last) || algorithm == also;
   }
-  bool is_left_out(const Settings& settings) const;  ///< from files
+  bool is_left_out(const Settings& settings) const;  ///< true where files omit it
 };
 
 inline constexpr std::array<SettingsField, 16> settings_fields{{
@@ -175,15 +175,13 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .can_be_left_out = true},
 }};
 
-/// Returns the value as text, a number as the shortest decimals that read back to the same bits: "0.6",
-/// "stable".
+/// Returns the value as text, "0.6" or "stable"; a number as the shortest decimals that keep its bits.
 std::string text_of(const Settings& settings, const SettingsField& field);
 
-/// Sets the field from text as of text_of(), without checking its range. Returns false, and sets nothing, for
-/// any other text.
+/// Sets the field from text as of text_of(), in any range. Returns false, and sets nothing, for other text.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);
 
-/// Reads a typed number, which may be a fraction: "0.01" or "1/60".
+/// Returns a typed number, which may be a fraction: "0.01" or "1/60"; nothing for other text.
 std::optional<double> fraction_in(std::string_view text);
 
 /// Sets the field from typed text as set() does; a number may be a fraction.
@@ -223,7 +221,7 @@ bool is_called(const SettingsField& field, std::string_view key);
 void set_typed(Settings& settings, const TypedSettings& typed,
                const std::vector<const SettingsField*>& fields);
 
-/// Explains all fields, one a line: key, symbol, meaning, range, default.
+/// Returns an explanation of all fields: key, symbol, meaning, range, default.
 std::string settings_help();
 
 }  // namespace substep

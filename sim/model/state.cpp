@@ -43,7 +43,7 @@ State initial_state(const Scene& scene) {
 }
 
 std::uint64_t hash(const State& state) {
-  const DefaultFloatingPoint environment;  // rounding downwards, −0 + 0 is −0
+  const DefaultFloatingPoint environment;  // where a caller rounds downwards, −0 + 0 is −0
   NumberHash result;
   for (std::size_t body = 1; body < state.q.size(); ++body) {
     const Coordinates& q = state.q[body];

@@ -46,18 +46,18 @@ struct Expectation {
   std::string name;    ///< in words: "ball_4: height of bounce 2"
   std::string source;  ///< the closed form, or where the value was published
   Quantity quantity = Quantity::displacement;
-  std::vector<int> bodies;  ///< the body whose value is furthest from the expected one counts
-  int relative_to = 0;      ///< a body whose position, velocity or way is subtracted; 0 is the world
+  std::vector<int> bodies;               ///< the body whose value is furthest from the expected one counts
+  int relative_to = 0;                   ///< a body whose value is subtracted; 0 is the world
   Vector3 direction = Vector3::UnitY();  ///< unit; in the world, or in the body's node
   bool in_node = false;                  ///< `direction` turns with the body's node
   Vector3 centre = Vector3::Zero();      ///< a point of the axis along `direction`, m
   Reading reading = Reading::throughout;
-  double from = 0;  ///< s
-  double to = 0;    ///< s; infinite: the run's end
-  int count = 1;
-  double level = 0;
+  double from = 0;   ///< s
+  double to = 0;     ///< s; infinite: the run's end
+  int count = 1;     ///< number of the peak or crossing, from 1
+  double level = 0;  ///< of `crossing` and `stays`, in the quantity's unit
   Bound bound = Bound::equal;
-  double value = 0;
+  double value = 0;      ///< expected
   double tolerance = 0;  ///< largest error that is accepted; in the value's unit
   double needs = 0;      ///< shortest run that is compared, s
 };

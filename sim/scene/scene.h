@@ -26,7 +26,7 @@ struct Body {
   std::string name;                           ///< of its node; "node 7" where the file gives none
   double inverse_mass = 0;                    ///< 1/kg; 0 is infinite mass
   Vector3 inverse_inertia = Vector3::Zero();  ///< about the principal axes, 1/(kg m²); 0 is infinite
-  double gravity_factor = 1;
+  double gravity_factor = 1;                  ///< multiple of the scene's gravity
   Pose body_from_node;  ///< node frame → body frame (rigid: the node's scale is in the shapes)
   // At t = 0:
   Pose pose;                                   ///< body frame → world
@@ -68,18 +68,19 @@ struct JointLimit {
   double min = -infinity;      ///< m or rad
   double max = infinity;
   std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
-  double damping = 0;
+  double damping = 0;               ///< N·s/m or N·m·s/rad
 };
 
+/// Motor of a joint along or about one axis; see KHR_physics_rigid_bodies.
 struct JointDrive {
   bool angular = false;
   bool acceleration = false;  ///< mode: maximum, stiffness and damping are per unit of effective mass
   int axis = 0;
   double max_force = infinity;  ///< N or N·m
-  double position_target = 0;
-  double velocity_target = 0;
-  double stiffness = 0;
-  double damping = 0;
+  double position_target = 0;   ///< m or rad
+  double velocity_target = 0;   ///< m/s or rad/s
+  double stiffness = 0;         ///< N/m or N·m/rad
+  double damping = 0;           ///< N·s/m or N·m·s/rad
 };
 
 struct Joint {
@@ -88,8 +89,8 @@ struct Joint {
   int body_b = world_body;  ///< the body that carries `connectedNode`
   Pose frame_a;             ///< joint frame → body frame of a
   Pose frame_b;
-  /// True where the two bodies collide. Otherwise the joint silences them; where one of them is the world, it
-  /// silences the other body and the world's colliders in `silent_colliders`.
+  /// True where the two bodies collide. Otherwise they do not; a body that is joined to the world then does
+  /// not collide with the world's colliders in `silent_colliders`.
   bool enable_collision = false;
   std::vector<int> silent_colliders;  ///< indices of Scene::colliders
   std::vector<JointLimit> limits;
@@ -98,11 +99,11 @@ struct Joint {
 
 /// An image as its file encodes it (PNG or JPEG); drawing decodes it.
 struct SceneImage {
-  std::string place;  ///< name in error messages: "crate.gltf: /images/0"
+  std::string place;  ///< its file and pointer, for error messages: "crate.gltf: /images/0"
   std::shared_ptr<const std::string> bytes;
 };
 
-/// An image of the scene as it lies on a surface.
+/// The way in which an image of the scene lies on a surface.
 struct Texture {
   enum class Wrap { repeat, mirrored, clamped };
   enum class Levels { none, nearest, blended };  ///< of mipmaps; blended: between two levels
@@ -211,7 +212,7 @@ struct Scene {
   double duration = 5;                ///< s
   double step = 1.0 / 60;             ///< s, default of runs
   int substeps = 10;                  ///< default n of A3 to A5; of A2 see usual_settings.h
-  std::optional<double> poster;       ///< s, the moment that shows the scene's point
+  std::optional<double> poster;       ///< s, time of the picture that represents the scene
   bool gyroscopic = true;             ///< unequal moments of inertia give a gyroscopic term
   std::vector<Expectation> expected;  ///< expectations of the motion
 

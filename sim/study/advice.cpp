@@ -20,7 +20,7 @@ std::string price_text(const SweepRecord& record) {
       static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
 }
 
-/// Returns what to try where no setting is good: no smaller sub-steps where those make the error larger.
+/// Returns advice for scenes where no setting is good: no smaller sub-steps where these let errors grow.
 std::string beyond_text(const std::vector<SweepRecord>& records) {
   const auto worst = std::ranges::max_element(
       records, {}, [](const SweepRecord& record) { return record.substep_radius.value_or(0); });
@@ -71,12 +71,12 @@ double energy_error(const SweepRecord& record, const SweepRecord& best) {
   return (can_lose ? distance : std::min(distance, std::abs(x.energy_change))) / x.energy_scale;
 }
 
-/// Returns whether the run is good enough for `cheapest`. `best`: the most accurate run, or null.
+/// Returns true where the run is good enough for cheapest(). `best`: the most accurate run, or null.
 bool is_good(const SweepRecord& record, const SweepRecord* best, double tolerance) {
   const Metrics& x = *record.metrics;
   if (!x.bounded || !(error_or_gap_of(record) <= tolerance)) return false;
   const double limit = tolerance * record.size;
-  // Allow ten times as much for energy, which is measured over the whole run
+  // Allow ten times as much for energy, which is measured over the whole run.
   return x.joint_gap <= limit && x.penetration <= limit && energy_error(record, *best) <= 10 * tolerance;
 }
 
@@ -116,7 +116,7 @@ std::string late_text(const std::vector<SweepRecord>& records) {
   return fmt::format("{} settings that are {} are {}: the cheapest is {}", count, span, end, fault);
 }
 
-/// Returns whether a run with at least as many sub-steps and iterations and no larger step went wrong.
+/// Returns true where a run with as many sub-steps and iterations or more and no larger step went wrong.
 bool fails_when_finer(const SweepRecord& run, const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [&run](const SweepRecord& other) {
     if (!is_own_run(other) || other.metrics->bounded) return false;
@@ -152,7 +152,7 @@ std::string spoken(const SweepRecord& record, bool joints) {
   }
   for (const SettingsPart& part : parts_of(s)) {
     const bool is_step = part.field->name == "step";
-    // Groups above 1 are those of settings other than n, m, τ, κ and joints
+    // Skip n, m, τ, κ and joints, whose groups are 0 and 1.
     if (!is_step && part.field->label.group < 2) continue;
     std::string word = part.text + (is_step ? " s" : "");
     words.push_back(word.replace(word.find('='), 1, " = "));
@@ -170,7 +170,7 @@ bool is_own_run(const SweepRecord& record) {
 
 double time_or_rows(const SweepRecord& record) {
   if (record.times) return cpu_time_of(record);
-  // A scene without constraints has no rows, and costs something.
+  // Count one row where a scene has none: its steps are not free.
   return std::max(static_cast<double>(record.metrics->row_solves), 1.0);
 }
 
@@ -194,7 +194,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
   std::vector<SweepRecord> best;
   double error = infinity;
   for (const SweepRecord& record : candidates) {
-    // A gain that cannot be seen is none.
+    // Count errors below 1e-9 as equal.
     const double own = std::max(error_or_gap_of(record), 1e-9);
     if (own < 0.8 * error) {
       best.push_back(record);
@@ -214,8 +214,8 @@ std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecor
   std::vector<std::pair<double, double>> points;  // step, error
   for (const SweepRecord& record : family) {
     const double error = error_of(record);
-    const bool is_lost = !std::isfinite(error) || error > 1;
-    if (!is_lost && error > smallest_plotted_error && exceeds_uncertainty(record))
+    const bool has_diverged = !std::isfinite(error) || error > 1;
+    if (!has_diverged && error > smallest_plotted_error && exceeds_uncertainty(record))
       points.emplace_back(sub_step_of(record.settings), error);
   }
   std::ranges::sort(points);
@@ -254,7 +254,7 @@ std::optional<double> measured_order(const std::vector<SweepRecord>& family) {
     above += (point[0] - x) * (point[1] - y);
     below += (point[0] - x) * (point[0] - x);
   }
-  // Runs of one step have no order.
+  // Return nothing for runs of one step size, which have no order.
   if (below < 1e-9) return std::nullopt;
   return above / below;
 }

@@ -135,7 +135,7 @@ struct Job {
   double milliseconds = 0;  ///< CPU time of a step
 };
 
-/// Shortens the scene, and times for which it is expected to stay at rest.
+/// Shortens the scene, and the times for which expectations require rest.
 void shorten(Scene& scene, double duration) {
   scene.duration = std::min(scene.duration, duration);
   for (Expectation& expected : scene.expected) {
@@ -145,6 +145,7 @@ void shorten(Scene& scene, double duration) {
   }
 }
 
+/// Runs a job, and sets its figures and CPU time.
 void perform(Job& job, const std::stop_token& stop) {
   const DefaultFloatingPoint environment;
   const PublishedRun& run = *job.run;
@@ -168,15 +169,15 @@ void perform(Job& job, const std::stop_token& stop) {
     diverged = simulation.step().status == StepReport::Status::diverged;
     job.milliseconds += 1e3 * (cpu_time() - begin);
     if (diverged) break;
-    const bool needs_contacts = meter.needs_contacts();
-    const auto contacts = needs_contacts ? simulation.contact_impulses() : std::vector<ContactImpulse>{};
+    const auto contacts =
+        meter.needs_contacts() ? simulation.contact_impulses() : std::vector<ContactImpulse>{};
     meter.add(simulation.state(), static_cast<double>(step) * settings.step, &contacts);
   }
   job.figures = meter.figures(diverged);
   job.milliseconds /= static_cast<double>(std::max<std::int64_t>(simulation.steps(), 1));
 }
 
-/// Returns the figure of an earlier run over the job's, which should be at least `at_least`.
+/// Returns the ratio of an earlier run's figure to the job's, which should be at least the run's `at_least`.
 ExpectedFigure ratio_of(const Job& job, const std::string& what, const ExpectedFigure& figure,
                         const std::vector<PublishedFigure>& figures) {
   const auto earlier = std::ranges::find_if(figures, [&](const PublishedFigure& line) {
@@ -190,8 +191,8 @@ ExpectedFigure ratio_of(const Job& job, const std::string& what, const ExpectedF
   return {figure.name, "", Bound::at_least, job.run->at_least, 1e-9, ratio};
 }
 
-/// Adds the figures of a job to the lines of its run and scene, which begin at `first`: a line for each
-/// figure and, where the run has one, of the time.
+/// Adds the figures of a job to the lines of its run and scene, which begin at `first`: one line for each
+/// figure, and one for the CPU time where the run measures it.
 void add_figures(const Job& job, std::size_t first, std::vector<PublishedFigure>& figures) {
   const PublishedRun& run = *job.run;
   figures.resize(first + job.figures.size() + (run.time ? 1 : 0));
@@ -216,8 +217,7 @@ void add_figures(const Job& job, std::size_t first, std::vector<PublishedFigure>
   line.measured[job.algorithm] = {"", "ms", Bound::equal, 0, 0, job.milliseconds};
 }
 
-/// Returns a rank: times first, then figures that lose the result, then the largest error relative to the
-/// tolerance.
+/// Returns a rank: infinite for times, above 1e6 where a judged algorithm misses, else error over tolerance.
 double rank_of(const PublishedFigure& line) {
   constexpr double above_all_errors = 1e6;
   if (line.is_time) return infinity;
@@ -232,7 +232,7 @@ double rank_of(const PublishedFigure& line) {
 TextTable figures_table(const PublishedMeasurement& measurement) {
   constexpr std::size_t most = 4;
   TextTable table{{""}, {{"expected"}}};
-  std::vector<double> ranks{0};  // of columns; the first, of titles, stays
+  std::vector<double> ranks{0};  // by column; the first column, with titles, always stays
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
     const std::string name = line.what + (first.unit.empty() ? "" : ", ") + first.unit;
@@ -323,16 +323,16 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
 std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
   std::string text;
   for (const PublishedMeasurement& measurement : measurements) {
-    std::vector<std::string> lost;
+    std::vector<std::string> missed;
     for (const PublishedFigure& line : measurement.figures) {
       for (const Algorithm algorithm : line.missed_by) {
         const std::string entry = fmt::format("{}, {}", title_of(algorithm), line.run);
-        if (std::ranges::find(lost, entry) == lost.end()) lost.push_back(entry);
+        if (std::ranges::find(missed, entry) == missed.end()) missed.push_back(entry);
       }
     }
     text += fmt::format("### {}\nRule: {}. **{}.** Reported:\n\n", measurement.result.name,
                         measurement.result.rule,
-                        lost.empty() ? "Met" : fmt::format("Lost by {}", fmt::join(lost, "; ")));
+                        missed.empty() ? "Met" : fmt::format("Lost by {}", fmt::join(missed, "; ")));
     for (const std::vector<std::string>& row : measurement.result.reported)
       text += fmt::format("- {}, {}: {}\n", row[0], row[1], row[2]);
     text += fmt::format("\n{}\n", to_markdown(figures_table(measurement)));

@@ -4,7 +4,7 @@
 ///
 /// A folder of results holds jobs/<key>.json, written by rename, and after the merge sweep.json (all
 /// records, in the sweep file's order), errors.csv (the same in every run) and times.csv (which differs).
-/// A job's file says which program, scene and settings made it; one of another build is made again.
+/// A job's file names the program, scene and settings that made it; one of another build is made again.
 
 #include <filesystem>
 #include <functional>
@@ -23,23 +23,23 @@
 namespace substep {
 
 struct SweepJob {
-  std::string key;  ///< "rod_chain.a3-h1-n4-m1-t1-k1-plain": a file's name, and what it does
+  std::string key;  ///< name of its file: scene and settings, "rod_chain.a3-h1-n4-m1-t1-k1-plain"
   std::string scene;
   std::string engine;     ///< name of the engine; empty: one of our algorithms
   Settings settings;      ///< step included
   int divisions = 1;      ///< of the scene's step: the step is that / divisions
-  bool is_limit = false;  ///< looks for the stability limit instead of measuring one run
+  bool is_limit = false;  ///< searches for the stability limit instead of measuring one run
 };
 
 struct Sweep {
   double horizon = 2;         ///< s that are compared with the reference
   int repetitions = 0;        ///< timed runs of each job
   int most = 64;              ///< sub-steps, iterations or parts of a step up to which limits are searched
-  bool properties = false;    ///< whether figures measure scenes beside the sweep file
-  bool splits_errors = true;  ///< whether errors are split, and the stages of steps timed
-  std::map<std::string, double> horizons;
-  std::map<std::string, Scene> scenes;  ///< by name
-  std::vector<SweepJob> jobs;           ///< in the file's order, each once
+  bool properties = false;    ///< true where figures measure further scenes than the sweep file's
+  bool splits_errors = true;  ///< true where errors are split, and the stages of steps timed
+  std::map<std::string, double> horizons;  ///< s, by name of scene, in place of `horizon`
+  std::map<std::string, Scene> scenes;     ///< by name
+  std::vector<SweepJob> jobs;              ///< in the file's order, each once
 
   double horizon_of(const std::string& scene) const;
 };
@@ -65,13 +65,13 @@ struct SweepRecord : SweepJob {
   ContactKind contacts = ContactKind::none;
   double size = 0;               ///< of the scene, m
   double duration = 0;           ///< of the scene, s
-  std::string reference;         ///< how it was made
-  double uncertainty = 0;        ///< of it, m
-  double turn_uncertainty = 0;   ///< rad
+  std::string reference;         ///< method by which the reference was made
+  double uncertainty = 0;        ///< of the reference's positions, m
+  double turn_uncertainty = 0;   ///< of the reference's turns, rad
   double horizon = 0;            ///< s
   std::string divergence_point;  ///< where the reference's refinements diverge at the horizon; empty: nowhere
-  std::string omitted;           ///< why this was not run; empty: it was
-  bool turns_in_place = false;   ///< some run of the scene errs by turns alone; not in the file
+  std::string omitted;           ///< reason why the job was not run; empty: it was run
+  bool turns_in_place = false;   ///< the error of some run of the scene is turns alone; not in the file
   /// Spectral radius of the map of a sub-step with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;
   std::optional<Metrics> metrics;
@@ -105,7 +105,7 @@ std::vector<SweepRecord> merge_sweep(const Sweep& sweep, const std::filesystem::
 std::vector<SweepRecord> read_records(const std::filesystem::path& results);
 
 std::string to_json(const SweepRecord& record);
-/// Throws Error for what is not a record.
+/// Reads a record. Throws Error for other text.
 SweepRecord record_in(const std::string& json);
 
 /// Return CSV, a line for each record with figures, in SI units; the stages' times, s1 to s4, in µs a step.

@@ -20,8 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the settings with those that the algorithm does not read at one value, so that equal runs have
-/// equal records.
+/// Returns the settings, with fixed values of those that the algorithm does not read, for equal records.
 Settings as_read(Settings settings) {
   constexpr Settings unread{.substeps = 1, .joints = Joints::rows};
   for (const SettingsField& field : settings_fields) {
@@ -51,7 +50,7 @@ std::string key_of(const SweepJob& job) {
   return text;
 }
 
-/// A list of a grid: one Settings for each of its values.
+/// A field's list of values in a grid, each as a Settings that has it.
 struct GridList {
   const SettingsField* field;
   std::vector<Settings> values;
@@ -76,7 +75,7 @@ std::vector<Settings> combinations(const Settings& start, const std::vector<Grid
 struct Grid {
   std::vector<const Scene*> scenes;
   std::vector<int> divisions{1};
-  std::vector<int> iterations;  ///< engines read them too; empty: the defaults
+  std::vector<int> iterations;  ///< of algorithms and engines; empty: the defaults
   std::vector<Algorithm> algorithms;
   std::vector<std::string> engines;
   std::vector<GridList> lists;  ///< of the other fields
@@ -120,7 +119,7 @@ class Reader : private TomlValues {
       const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));
       if (!is_new) throw Error("{}: another scene is named '{}'", file.string(), entry->first);
       const Scene* const scene = &entry->second;
-      // An eighth, a quarter, … of the usual number.
+      // Take an eighth, a quarter, … of the usual number.
       const auto eighths_of = [](int usual, int most) {
         std::vector<int> numbers;
         for (int eighths = 1; eighths <= most; eighths *= 2)
@@ -138,12 +137,12 @@ class Reader : private TomlValues {
       const std::vector<int> iterations = eighths_of(usual_settings(*scene, Algorithm::a2).iterations, 32);
       const std::vector<int> many = eighths_of(scene->substeps, 32);
       const std::vector<int> few = eighths_of(scene->substeps, 8);
-      // Refine the step of A1, the iterations of A2 and the sub-steps of A3 to A5
+      // Refine the step of A1, the iterations of A2 and the sub-steps of A3 to A5.
       add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
       add_grid({{scene}, {1}, iterations, {Algorithm::a2}, {}, {}}, false);
       add_grid({{scene}, {1}, {}, substepping, {}, {list_of("substeps", many)}}, false);
       if (!maps) continue;
-      // Map steps by sub-steps, and τ by κ
+      // Map steps by sub-steps, and τ by κ.
       add_grid({{scene}, {1, 2, 4, 8}, {}, mapped, {}, {list_of("substeps", few)}}, false);
       add_grid({{scene},
                 {1},
@@ -169,7 +168,7 @@ class Reader : private TomlValues {
     return std::move(sweep_);
   }
 
-  /// Returns what `action` returns. Its errors get the line of `node`.
+  /// Returns the result of `action`. Its errors get the line of `node`.
   auto at(const toml::node& node, const auto& action) const {
     try {
       return action();
@@ -195,7 +194,7 @@ class Reader : private TomlValues {
     return entries;
   }
 
-  /// Returns the file or, if its name has a "*", the matching files of its folder, sorted by name.
+  /// Returns the file that `node` names or, if the name has a "*", the matching files, sorted by name.
   std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
     const fs::path path = (file().parent_path() / text(node, key)).lexically_normal();
     const std::string pattern = path.filename().string();

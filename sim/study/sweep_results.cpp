@@ -22,7 +22,7 @@ double scene_step(const std::vector<SweepRecord>& records) {
   return step;
 }
 
-/// Returns whether equal_row_runs() has a run with these settings.
+/// Returns true where equal_row_runs() has a run with these settings.
 bool is_at_equal_rows(const Settings& s, double step) {
   const bool is_a2 = s.algorithm == Algorithm::a2;
   const Settings plain{.algorithm = s.algorithm,
@@ -33,7 +33,7 @@ bool is_at_equal_rows(const Settings& s, double step) {
   return (is_a2 || s.algorithm == Algorithm::a3) && label(s) == label(plain);
 }
 
-/// Groups of a scene's runs that are joined to lines, along which one setting alone varies.
+/// The lines of a scene's figure: along each, only one setting of its runs varies.
 class Lines {
  public:
   explicit Lines(const std::vector<SweepRecord>& records)
@@ -75,7 +75,7 @@ class Lines {
     return title;
   }
 
-  /// Returns why the run is on no line; empty where it is on one.
+  /// Returns the reason why the run is on no line; empty where it is on one.
   std::string reason_against(const SweepRecord& record) const {
     const Settings& s = record.settings;
     if (!record.engine.empty() || s.algorithm == Algorithm::a1) return "";
@@ -117,7 +117,7 @@ class Lines {
   std::map<std::string, std::set<int>> iterations_of_engines_;
 };
 
-/// Returns false where the refinements of the reference diverge at once.
+/// Returns true unless the refinements of the reference diverge at once.
 bool has_reference(const SweepRecord& record) {
   return record.horizon > 0 || record.divergence_point.empty();
 }
@@ -154,7 +154,7 @@ std::vector<RunFamily> all_families(const std::vector<SweepRecord>& records) {
   return families;
 }
 
-/// Returns true where bodies turn about their centres: these err by less than a millionth of the turn.
+/// Returns true where centres err by less than a millionth of the turn: the bodies turn about their centres.
 bool is_turn_alone(const SweepRecord& record) {
   if (!record.metrics) return false;
   const MotionDifference& error = record.metrics->error;
@@ -163,11 +163,11 @@ bool is_turn_alone(const SweepRecord& record) {
 
 }  // namespace
 
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "lost";
-  if (std::abs(share) < 1e-11) return "rounding";
-  return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100 * share)
-                                 : fmt::format("{:.0f} %", 100 * share);
+std::string percent(double fraction) {
+  if (!std::isfinite(fraction)) return "lost";
+  if (std::abs(fraction) < 1e-11) return "rounding";
+  return std::abs(fraction) < 0.995 ? fmt::format("{:.2g} %", 100 * fraction)
+                                    : fmt::format("{:.0f} %", 100 * fraction);
 }
 
 std::string error_text(const SweepRecord& record) {
@@ -249,7 +249,7 @@ std::vector<EqualRowRun> equal_row_runs(const std::vector<SweepRecord>& records,
     most = std::max(most, static_cast<double>(record.metrics->row_solves) / n);
     runs.push_back({n, record});
   }
-  // Count the equal parts in which A2 takes the step where joints are taut
+  // Count the equal parts in which A2 takes the step where joints are taut.
   const int parts = rows[1] > 0 ? std::max(1, static_cast<int>(std::lround(rows[0] / rows[1]))) : 1;
   for (EqualRowRun& run : runs) {
     if (run.record.settings.algorithm == Algorithm::a2) run.n *= parts;

@@ -72,7 +72,7 @@ bool turns_in_place(const std::vector<SweepRecord>& records);
 void mark_turns(std::vector<SweepRecord>& records);
 
 /// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
-std::string percent(double share);
+std::string percent(double fraction);
 
 /// Smallest error in plots: smaller ones are drawn here.
 inline constexpr double smallest_plotted_error = 1e-10;

@@ -28,7 +28,7 @@ std::vector<Bounds> random_boxes(std::mt19937& random, int count, const Vector3&
   std::vector<Bounds> boxes;
   for (int i = 0; i < count; ++i) {
     const Vector3 lower = test::random_point(random, 1).cwiseProduct(spread);
-    // Sizes over several powers of ten, so that some are wider than the lanes.
+    // Draw sizes over three powers of ten, so that some are wider than the lanes of BroadPhase.
     const double size = largest * std::pow(10, -3 * uniform(random));
     boxes.push_back({lower, lower + size * (Vector3::Ones() + test::random_point(random, 0.5))});
   }
@@ -62,7 +62,7 @@ TEST(BroadPhase, FindsSamePairsAsBruteForce) {
   EXPECT_EQ(pairs, brute_pairs(grid));
 }
 
-TEST(BroadPhase, ForgetsEarlierCalls) {
+TEST(BroadPhase, IgnoresEarlierCalls) {
   std::mt19937 random(2);
   BroadPhase used;
   Pairs pairs;
@@ -90,7 +90,7 @@ TEST(BroadPhase, SweepsOnlyWhenABoxLeaves) {
   }
   broad_phase.find_pairs(boxes, pairs);
   EXPECT_GT(broad_phase.pairs_tested(), 0u);
-  // Within a twentieth of a side nothing is swept, and pairs come and go.
+  // Move each box by less than a twentieth of its side: nothing is swept, but pairs change.
   const std::size_t before = pairs.size();
   for (Bounds& box : boxes) {
     const Vector3 move = test::random_point(random, 0.049);
@@ -118,9 +118,9 @@ std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
   return boxes;
 }
 
-TEST(BroadPhase, WorkGrowsWithBodies) {
-  // Count the tested pairs: with a hundred times the bodies there are as many for each body, in a scattered
-  // field, a pile as high as wide and a tall tower.
+TEST(BroadPhase, TestsBoundedPairsPerBody) {
+  // Count the tested pairs: with a hundred times the bodies there are no more per body, in a scattered field,
+  // a pile as high as wide and a tall tower.
   std::mt19937 random(4);
   Pairs pairs;
   BroadPhase broad_phase;

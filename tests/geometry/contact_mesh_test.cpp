@@ -87,7 +87,7 @@ TEST(MeshContacts, FlatMeshMatchesPlane) {
 }
 
 TEST(MeshContacts, RollingSphereHasOneContact) {
-  // In steps that hit corners, edges and faces.
+  // Move in steps that hit corners, edges and faces.
   for (const double uneven : {0.0, 0.3}) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
     for (int i = 0; i < 3000; ++i) {
@@ -166,7 +166,7 @@ TEST(MeshContacts, ConcaveValleyTouchesWithBothSlopes) {
   }
   for (const Shape& shape : shapes()) {
     for (const ContactPoint& point : contacts(shape, {{0.05, 0.5, 0.1}, upright}, mesh, {}, 0.3)) {
-      // No normal but those of the slopes: the valley's edge does not push.
+      // Require the normals of the slopes: the valley's edge does not push.
       EXPECT_NEAR(std::abs(point.normal.x()), left.x(), 1e-12) << shape.index();
     }
   }
@@ -183,7 +183,7 @@ TEST(MeshContacts, ClosedMeshMatchesItsHull) {
         const Pose pose = {test::random_point(random, 2), test::random_orientation(random)};
         const auto on_solid = contacts(shape, pose, solid, {}, usual_margin);
         const double depth = test::lowest_distance(on_solid);
-        // Skip deeper overlaps, where triangles do not know the solid that they bound.
+        // Skip deeper overlaps: a triangle knows only its neighbours, not the solid.
         if (depth < -0.05) continue;
         const auto on_mesh = contacts(shape, pose, mesh, {}, usual_margin);
         ASSERT_EQ(test::complaint(on_mesh, usual_margin), "");
@@ -219,7 +219,7 @@ TEST(MeshContacts, OneSidedMeshPushesFromFront) {
 
 TEST(MeshContacts, BorderTouchesWithEdge) {
   const TriangleMesh mesh = make_rectangle(2, 2, true);
-  // Beside the sheet, at its height.
+  // Put the sphere beside the sheet, at its height.
   const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, usual_margin);
   ASSERT_EQ(points.size(), 1U);
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-9);
@@ -259,7 +259,7 @@ TEST(MeshContacts, RingOfStripsPushesInwards) {
       pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
       for (const ContactPoint& point : contacts(shape, pose, ring, {}, usual_margin)) {
         ++touching;
-        // A wrong direction shows as a depth that is not there, up to the ring's height. The ring itself
+        // Reject depths that do not exist, which wrong directions give, up to the ring's height. The ring
         // comes inwards by 2.8 mm within the reach of a shape's corners, 0.08 m to a side.
         EXPECT_GT(point.distance, -std::max(depth, 0.0) - 2.8e-3)
             << "shape " << shape.index() << ", " << i << ", at " << angle << " rad, depth " << depth

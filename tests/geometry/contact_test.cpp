@@ -1,4 +1,4 @@
-// One file, since the pairs of resting shapes are one table of 80 rows.
+// This is one file, since the pairs of resting shapes are one table of 80 rows.
 
 #include "sim/geometry/contact.h"
 
@@ -79,12 +79,12 @@ std::vector<Resting> resting_cases() {
   const Cylinder coin = make_cylinder(0.1, 0.3, 0.3);
   const Cylinder cone = make_cylinder(1, 0.5, 0);
   const Quaternion on_rim = turn(pi / 4, {0, 0, 1});
-  // The side's normal (cosine, sine) turned down.
+  // Turn the normal of the frustum's side, (cosine, sine), down.
   const Cylinder frustum = make_cylinder(1, 0.5, 0.25);
   const double slant = std::sqrt(1 + 0.0625);
   const Quaternion on_side = shortest_rotation(Vector3(1 / slant, 0.25 / slant, 0), -Vector3::UnitY());
   const double side_height = (0.5 - 0.25 * 0.5) / slant;
-  // Balls of 0.3 and 0.1 a metre apart: the middle of its axis is 0.2 from the side.
+  // Join balls of 0.3 m and 0.1 m that are 1 m apart: the middle of the axis is 0.2 m from the side.
   const TaperedCapsule skittle = make_tapered_capsule(1, 0.3, 0.1);
   const Quaternion skittle_lying = shortest_rotation(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
   const TriangleMesh floor = test::flat_mesh(16, 0.5, 0);
@@ -221,7 +221,7 @@ TEST(Contacts, RestingShapesHaveWholeManifold) {
   }
 }
 
-TEST(Contacts, ReachTheCornersOfTheSupport) {
+TEST(Contacts, ReachCornersOfRestingFace) {
   const Polytope slab = box({20, 1, 20});
   for (const double angle : {0.0, 0.3, 1.0}) {
     for (const Polytope& top : {box({1, 1, 1}), dodecahedron()}) {
@@ -231,8 +231,8 @@ TEST(Contacts, ReachTheCornersOfTheSupport) {
       for (const Vector3& vertex : top.vertices) {
         const Vector3 corner = pose * vertex;
         const bool is_reached = std::ranges::any_of(points, [&](const ContactPoint& point) {
-          return std::min((point.on_a - corner).norm(), (point.on_b - corner).norm()) <
-                 1e-13;  // measured 3e-16
+          const double distance = std::min((point.on_a - corner).norm(), (point.on_b - corner).norm());
+          return distance < 1e-13;  // measured 3e-16
         });
         EXPECT_EQ(is_reached, corner.y() < 0);
       }
@@ -265,7 +265,7 @@ TEST(Contacts, SlightTiltKeepsFace) {
   }
 }
 
-TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
+TEST(Contacts, SlightlyTurnedBoxesHaveFourPoints) {
   const Polytope cube = box({1, 1, 1});
   const auto count = [&](double angle) {
     return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright},
@@ -347,7 +347,7 @@ TEST(Contacts, CapsuleLeavesBoxByNearestFace) {
   EXPECT_FALSE(edge.empty());
 }
 
-TEST(Contacts, CoincidentShapesAreFinite) {
+TEST(Contacts, CoincidentShapesHaveFinitePoints) {
   const Polytope cube = box({1, 1, 1});
   const Polytope dodeca = dodecahedron();
   const std::vector<Shape> shapes = {Sphere{}, Capsule{}, cube, dodeca};
@@ -402,8 +402,7 @@ TEST(Contacts, EllipsoidMatchesManyPoints) {
     const Quaternion orientation = turn(0.37 * i, {std::sin(1.0 * i), 0.3, std::cos(2.0 * i)});
     const Bounds around = bounds(smooth, {Vector3::Zero(), orientation});
     const Bounds around_points = bounds(fine, {Vector3::Zero(), orientation});
-    EXPECT_LT((around.max() - around_points.max()).norm(),
-              5e-5);  // measured 3.7e-5
+    EXPECT_LT((around.max() - around_points.max()).norm(), 5e-5);  // measured 3.7e-5
     EXPECT_EQ(around.min(), -around.max());
 
     const Pose pose{plane.position + 0.03 * normal, orientation};
@@ -421,7 +420,7 @@ TEST(Contacts, EllipsoidMatchesManyPoints) {
   }
 }
 
-TEST(Contacts, AreAppended) {
+TEST(Contacts, FindingAppendsThem) {
   Contacts points(3);
   find_contacts(Sphere{}, {{0, 0.5, 0}, upright}, Plane{}, {}, usual_margin, points);
   EXPECT_EQ(points.size(), 4U);

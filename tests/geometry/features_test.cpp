@@ -18,22 +18,19 @@ double distance(const Segment& a, const Segment& b) {
   return (point_at(a, parameters.on_a) - point_at(b, parameters.on_b)).norm();
 }
 
-TEST(ClosestPoints, MatchesNamedSegments) {
+TEST(ClosestPoints, MatchKnownDistances) {
   const Segment x = {{-1, 0, 0}, {1, 0, 0}};
   EXPECT_DOUBLE_EQ(distance(x, {{0, 2, -1}, {0, 2, 1}}), 2);  // crossing
   EXPECT_DOUBLE_EQ(distance(x, {{-1, 3, 0}, {1, 3, 0}}), 3);  // parallel
-  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {8, 4, 0}}),
-                   5);                                       // parallel, one past the other
-  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {4, 4, 0}}), 5);  // a point
+  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {8, 4, 0}}), 5);   // parallel, one past the other
+  EXPECT_DOUBLE_EQ(distance(x, {{4, 4, 0}, {4, 4, 0}}), 5);   // a point
   EXPECT_DOUBLE_EQ(distance({{4, 4, 0}, {4, 4, 0}}, x), 5);
   EXPECT_DOUBLE_EQ(distance({{4, 4, 0}, {4, 4, 0}}, {{4, 4, 2}, {4, 4, 2}}), 2);
-  EXPECT_NEAR(distance(x, {{-1, 1, 0}, {1, 1, 1e-9}}), 1,
-              1e-15);  // nearly parallel
-  EXPECT_DOUBLE_EQ(distance(x, {{2, -1, 1}, {2, 1, 1}}),
-                   std::sqrt(2.0));  // end to middle
+  EXPECT_NEAR(distance(x, {{-1, 1, 0}, {1, 1, 1e-9}}), 1, 1e-15);          // nearly parallel
+  EXPECT_DOUBLE_EQ(distance(x, {{2, -1, 1}, {2, 1, 1}}), std::sqrt(2.0));  // end to middle
 }
 
-TEST(ClosestPoints, IsCloserThanSampledPairs) {
+TEST(ClosestPoints, AreCloserThanSampledPairs) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 500; ++trial) {
     const Segment a = {test::random_point(random, 1), test::random_point(random, 1)};

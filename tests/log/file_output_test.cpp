@@ -23,8 +23,8 @@ class FileOutput : public testing::Test {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  test::TemporaryFolder place_;
-  fs::path folder_ = place_.path();
+  test::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
 };
 
 TEST_F(FileOutput, WritesAndReplaces) {
@@ -61,7 +61,7 @@ TEST_F(FileOutput, RefusesMissingFolder) {
   EXPECT_NO_THROW(require_folder_of("a.txt"));
 }
 
-TEST_F(FileOutput, KeepsLinks) {
+TEST_F(FileOutput, WritesToTargetOfLink) {
   write_file(folder_ / "real.txt", "old");
   fs::create_symlink("real.txt", folder_ / "link.txt");
   write_file(folder_ / "link.txt", "new");

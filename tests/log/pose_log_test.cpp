@@ -52,7 +52,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-/// Returns the message of the Error of parsing `text`; empty where it is valid.
+/// Returns the message of the Error that parsing `text` throws; empty where it is valid.
 std::string failure(const std::string& text) {
   return test::message_of([&] { parse_pose_log(text, "a.poses.txt"); });
 }
@@ -106,7 +106,7 @@ frame 1 f00dfeed00000001
   EXPECT_THAT(text, testing::EndsWith("end ok 4\n"));
 }
 
-/// A text of the example's log that another replaces, and the line and words of the message then.
+/// A change of the example's text, and the line number and words of the message that it causes.
 struct Malformed {
   const char* from;
   const char* to;
@@ -172,7 +172,7 @@ TEST(PoseLog, ReadsLogsWithoutContactStabilization) {
   EXPECT_EQ(log.settings.of_contacts().tau, 0.1 + 0.2);
 }
 
-TEST(PoseLog, AcceptsNamesThatEndWithEscape) {
+TEST(PoseLog, ReadsNameThatEndsWithEscape) {
   PoseLog log = example();
   log.bodies[2] = "line\n";
   EXPECT_EQ(parse_pose_log(to_text(log), "text").bodies[2], "line\n");

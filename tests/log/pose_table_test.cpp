@@ -38,8 +38,8 @@ Scene example_scene() {
   return scene;
 }
 
-/// A header, and rows of both bodies at 0 and 0.25 s, in which "crate" moves by (0.5, 0, −1) and turns by 1
-/// rad about z.
+/// Returns a header, and rows of both bodies at 0 and 0.25 s, in which "crate" moves by (0.5, 0, −1) m and
+/// turns by 1 rad about z.
 std::string example_table() {
   const Quaternion end = rotation_quaternion({0, 0, 1});
   return "body,t,qw,qx,qy,qz,z,y,x,note\n"
@@ -74,11 +74,11 @@ TEST_F(PoseTable, InterpolatesBetweenRows) {
   const std::vector<State> states = read(example_table());
   ASSERT_EQ(states.size(), 3);
   for (int k = 0; k < 3; ++k) {
-    const double part = k * step / 0.25;
-    EXPECT_NEAR((states[k].q[1].linear - part * Vector3(0.5, 0, -1)).norm(), 0, 1e-15);
+    const double fraction = k * step / 0.25;
+    EXPECT_NEAR((states[k].q[1].linear - fraction * Vector3(0.5, 0, -1)).norm(), 0, 1e-15);
     const Quaternion node = states[k].q[1].angular * scene_.bodies[1].body_from_node.orientation;
-    EXPECT_NEAR((rotation_vector(node) - Vector3(0, 0, part)).norm(), 0, 1e-15);
-    // −q is q: it does not turn.
+    EXPECT_NEAR((rotation_vector(node) - Vector3(0, 0, fraction)).norm(), 0, 1e-15);
+    // The quaternion changes its sign, which is no turn.
     EXPECT_NEAR(rotation_vector(states[k].q[2].angular).norm(), 0, 1e-15);
     EXPECT_NEAR(states[k].q[3].linear.y(), 2 * k * step, 1e-15);
     EXPECT_NEAR(rotation_vector(states[k].q[3].angular).y(), k * step, 1e-15);
@@ -90,7 +90,7 @@ TEST_F(PoseTable, DifferentiatesPosesWithoutVelocities) {
   EXPECT_EQ(states[0].v[2].linear, Vector3(1, 2, 3));
   EXPECT_NEAR((states[1].v[1].linear - Vector3(2, 0, -4)).norm(), 0, 1e-14);
   EXPECT_NEAR((states[1].v[1].angular - Vector3(0, 0, 4)).norm(), 0, 1e-14);
-  // The last velocities are also those of parabolas.
+  // Follow parabolas, which have exact velocities at the end too.
   std::string text = "t,body,x,y,z,qw,qx,qy,qz\n";
   for (const double t : {0.0, 0.1, 0.2}) {
     const Quaternion q = rotation_quaternion({0, 0, 3 * t * t});
@@ -181,7 +181,7 @@ TEST_F(PoseTable, InterpolatesAMillionRows) {
   EXPECT_NEAR(states[5].q[1].linear.x(), 500000, 1e-6);
 }
 
-TEST_F(PoseTable, BecomesLogWithAuthor) {
+TEST_F(PoseTable, BecomesLogThatNamesAuthor) {
   std::ofstream(file_, std::ios::binary) << example_table();
   const PoseLog log = read_run(file_, scene_, step);
   EXPECT_EQ(log.author, "rig");

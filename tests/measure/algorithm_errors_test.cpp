@@ -1,5 +1,5 @@
 // A1, A2 and A3 are of first order on six joint scenes, once steps are small enough for their iterations. The
-// ablation equals A3 without approximations, and A4 with all of A4's.
+// ablation equals A3 without approximations, and A4 with all approximations of A4.
 
 #include <gtest/gtest.h>
 
@@ -49,8 +49,8 @@ TEST_P(Order, IsOneInA1ToA3) {
   }
 }
 
-// A heavy chain's end pulls a thousand times the weight of a link: its solver error needs 64 iterations to
-// fall below the step's.
+// A heavy chain's end weighs a thousand times as much as a link: the solver's error falls below the step's
+// only with 64 iterations.
 INSTANTIATE_TEST_SUITE_P(JointScenes, Order,
                          testing::Values(Case{"pendulum", 1, 1, 64}, Case{"rod_chain", 1, 1, 128},
                                          Case{"heavy_chain", 0.25, 64, 512}, Case{"heavy_top", 1, 1, 64},
@@ -86,7 +86,7 @@ Settings of_a4(Settings settings) {
   return settings;
 }
 
-TEST(Ablation, WithoutApproximationIsA3ToTheBit) {
+TEST(Ablation, EqualsA3WithoutApproximation) {
   for (const Scene& scene : {tumbling_chain(), sliding_box()}) {
     for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
       const Settings settings{.iterations = 2,
@@ -100,7 +100,7 @@ TEST(Ablation, WithoutApproximationIsA3ToTheBit) {
   }
 }
 
-TEST(Ablation, WithAllOfA4sIsA4) {
+TEST(Ablation, EqualsA4WithAllApproximations) {
   for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
     const Settings settings{.tau = 0.7, .kappa = 0.9, .joints = joints};
     const State all = ablated(tumbling_chain(), approximations.back(), settings, 1);
@@ -112,7 +112,7 @@ TEST(Ablation, WithAllOfA4sIsA4) {
   EXPECT_LT(position_difference(all, run(sliding_box(), of_a4({}), 1.0 / 3)), 1e-12);  // measured 0
 }
 
-TEST(Ablation, WithFrozenJacobianSlidesAsA3) {
+TEST(Ablation, SlidesAsA3WithFrozenJacobian) {
   // A sliding box does not rotate: its Jacobians are constant, only its biases change.
   Scene scene = test::floor_scene(0.4);
   test::add_box(scene, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.4);
@@ -128,8 +128,8 @@ TEST(Ablation, ApproximationsDifferInCost) {
   const double all = costs.back();  // measured 0.032 m
   for (std::size_t i = 1; i + 1 < costs.size(); ++i) {
     if (approximations[i].frozen_jacobian) {
-      // It costs most, and more alone than with its bias update.
-      EXPECT_GT(costs[i], all);  // measured 2.9 times the cost
+      // A frozen Jacobian costs most, and more alone than with its bias update.
+      EXPECT_GT(costs[i], all);  // measured 2.9 times `all`
     } else {
       EXPECT_GT(costs[i], 1e-6) << approximations[i].name;
       EXPECT_LT(costs[i], 0.2 * all) << approximations[i].name;  // measured 0.019, 0.012, 0.041

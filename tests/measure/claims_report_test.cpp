@@ -1,5 +1,5 @@
-// The report of `substep report claims`: the claims that must hold do, and the page shows each measured line
-// but for timings and the verdict that they decide.
+// Tests the output of `substep report claims`: the claims that must hold do, and the page has each measured
+// line except timings and the verdict that depends on them.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace substep {
 namespace {
 
-/// Returns the text that `substep report claims` wrote when these tests began (CTest's fixture `claims`).
+/// Returns the text that `substep report claims` wrote before these tests (CTest's fixture `claims`).
 std::string measured() {
   const std::string file = std::string(test::build_folder) + "/tests/claims.md";
   EXPECT_TRUE(content_of(file)) << file << ": run the tests through ctest, which measures the claims first";
@@ -38,7 +38,7 @@ std::string without_timings(const std::string& markdown) {
 
 class ClaimOfTheReport : public testing::TestWithParam<int> {};
 
-TEST_P(ClaimOfTheReport, HoldsOrIsAFinding) {
+TEST_P(ClaimOfTheReport, HoldsExceptForFindings) {
   const int number = GetParam();
   const std::string verdict = verdict_of(number);
   // Findings: a block's smaller gap is not always a smaller error (13); A5's Jacobian in the bias lets joints

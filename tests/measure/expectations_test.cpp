@@ -34,6 +34,7 @@ Scene two_bodies() {
   return scene;
 }
 
+/// Returns an expectation of body 1 throughout a run, along `along`.
 Expectation of(Quantity quantity, double value, double tolerance = 0.01) {
   Expectation e;
   e.quantity = quantity;
@@ -75,7 +76,7 @@ double measured(const Expectation& expectation, const Move& move) {
   return figures(two_bodies(), {expectation}, move).at(0).measured;
 }
 
-/// Moves at 1.5 m/s along the direction, and swings by 0.4 m across it.
+/// Moves body 1 at 1.5 m/s along `along`, and swings it by 0.4 m along `across`.
 void glide(State& state, double t) {
   state.q[1].linear += 1.5 * t * along + 0.4 * std::sin(pi * t) * across;
   state.v[1].linear = 1.5 * along + 0.4 * pi * std::cos(pi * t) * across;
@@ -86,7 +87,7 @@ TEST(Expectations, WorstOfSeveralBodiesCounts) {
   e.bodies = {1, 2};
   const Move swing = [](State& state, double t) { state.q[2].linear += 0.4 * std::sin(pi * t) * across; };
   const auto result = figures(two_bodies(), {e}, swing);
-  EXPECT_NEAR(result[0].measured, 0.4, 1e-12);  // at 0.5 s, and at 2 s it is back
+  EXPECT_NEAR(result[0].measured, 0.4, 1e-12);  // at 0.5 s; at 2 s the body is back
   EXPECT_NEAR(result[0].error(), 0.4, 1e-12);
   EXPECT_TRUE(result[0].is_bad());
   EXPECT_EQ(result[0].unit, "m");
@@ -148,7 +149,7 @@ TEST(Expectations, MeanCoversItsInterval) {
   EXPECT_NEAR(measured(e, glide), 0.4 * pi * 2 / pi, 2e-4);
 }
 
-/// Bounces up to 1, then 1/2, then 1/4: |cos| damped from one to the next, on a slope.
+/// Lets body 1 bounce: it starts at a height of 1 m, and rises to 1/2, 1/4 and 1/8 m, on a slope.
 void bounce(State& state, double t) {
   const double hop = std::floor(2 * t + 0.5);
   state.q[1].linear = std::pow(0.5, hop) * std::fabs(std::cos(2 * pi * t)) * along + 0.2 * t * across;
@@ -184,7 +185,7 @@ TEST(Expectations, CrossingsAreInterpolatedBetweenSteps) {
   EXPECT_STREQ(unit_of(e), "s");
 }
 
-TEST(Expectations, EndsStaysAtFirstCrossing) {
+TEST(Expectations, StaysEndsAtFirstCrossing) {
   Expectation e = of(Quantity::way, 2);
   e.reading = Reading::stays;
   e.bound = Bound::at_least;
@@ -237,7 +238,7 @@ TEST(Expectations, ReadsContactsOfTheStep) {
 }
 
 TEST(Expectations, AnglesCountWholeTurns) {
-  // The faster ones turn by 5.6 and 4.4 rad in a step.
+  // Turn also so fast that a step turns the body by 5.6 rad and the centre by 4.4 rad.
   for (const double faster : {1, 40}) {
     const Move spin = [faster](State& state, double t) {
       state.q[1].angular = rotation_quaternion(9 * faster * t * along);

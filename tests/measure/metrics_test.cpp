@@ -1,4 +1,4 @@
-// Metrics of runs: the parts of errors, invariants, and the tables.
+// Tests metrics of runs: the split of errors, invariants, JSON and tables.
 
 #include "sim/measure/metrics.h"
 
@@ -23,7 +23,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(Metrics, PartsOfTheErrorAddUp) {
+TEST(Metrics, PartsOfErrorAddUp) {
   const Scene scene = scene_named("rod_chain");
   const ReferenceMotion reference = reference_motion(scene, 1);
   for (const Algorithm algorithm : test::all_algorithms) {
@@ -104,7 +104,7 @@ TEST(Metrics, FreeBodyKeepsMomentum) {
   const Metrics m = measure(scene, usual_settings(scene, Algorithm::a1), reference);
   ASSERT_TRUE(m.momentum && m.angular_momentum);
   EXPECT_LT(*m.momentum, 1e-12);
-  EXPECT_LT(*m.angular_momentum, 1e-12);  // the gyroscopic step keeps it
+  EXPECT_LT(*m.angular_momentum, 1e-12);
   const Scene held = scene_named("pendulum");
   EXPECT_FALSE(measure(held, usual_settings(held, Algorithm::a1), reference_motion(held, 0.1)).momentum);
 }
@@ -123,7 +123,7 @@ TEST(Metrics, DivergedChainIsNotBounded) {
 }
 
 TEST(Metrics, InitialViolationIsSubtracted) {
-  // No chain of 1.5 m closes joints 2 m apart; boxes that start 0.125 m inside each other are lifted.
+  // A chain of 1.5 m cannot close joints 2 m apart; boxes that start 0.125 m inside each other are lifted.
   const auto is_bounded = [](const std::string& name, Algorithm algorithm) {
     const Scene scene = scene_named(name);
     ReferenceMotion none;
@@ -195,8 +195,8 @@ TEST(MeasurementTables, HaveRowForEachRun) {
               HasSubstr("\n| A5  n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60 | "));
 }
 
-// A flywheel's centre stays where it is however wrong its angle.
-TEST(MeasurementTables, ShowTurnsThatCentresDoNotShow) {
+// A flywheel's angle can be wrong while its centre stays in place.
+TEST(MeasurementTables, ShowErrorsThatAreTurnsAlone) {
   SceneMeasurement measurement;
   measurement.size = 1;
   measurement.reference.horizon = 1;

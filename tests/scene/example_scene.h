@@ -15,9 +15,9 @@ namespace substep::test {
 /// Returns the buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
 std::string cube_buffer();
 
-/// Returns a document. Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child
-/// 2 "hook", which a joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside
-/// the scene; 6 "eye", a camera; 7 "sun", a light. The buffer is a data URI.
+/// Returns a valid glTF document. Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and
+/// the child 2 "hook", which a joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies
+/// outside the scene; 6 "eye", a camera; 7 "sun", a light. The buffer is a data URI.
 Json example();
 
 /// Changes a document: "/nodes/1/name = 5; /nodes/- = {}" sets one value and appends another; an empty
@@ -34,13 +34,11 @@ std::string pointer(std::string text);
 /// ',' continue.
 std::vector<std::vector<std::string>> rows(const std::string& table);
 
-/// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the accessor of the
-/// items.
+/// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the items' accessor.
 int add_accessor(Json& document, std::string& bytes, const std::string& numbers, int component,
                  const char* type);
 
-/// Returns the document with a skin for the cube that a node has: half of its corners hang on each of two
-/// joints.
+/// Returns the document with a skin for the cube of `node`: half of its corners follow each of two joints.
 Json skinned(Json document, int node, const std::string& joints);
 
 /// Returns a document with one node, named "body", that has this motion and this implicit shape as its
@@ -50,13 +48,13 @@ Json one_body(const std::string& motion, const std::string& shape);
 /// Returns the two chunks as a `.glb` file; the document's first buffer must have no `uri`.
 std::string glb(const std::string& json, const std::string& binary);
 
-Scene load(const Json& document);
+Scene load(const Json& document);  ///< writes the document to a file, and loads that
 
 /// Compares values of scene_json(). Each row: a pointer, the value, and the tolerance of its numbers, which
 /// is 0 where none is given.
 void expect_scene(const Scene& scene, const std::string& table);
 
-/// Returns the message of load_scene; empty where it throws none.
+/// Returns the message of the Error that load_scene() throws; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
 /// Returns the warnings of load_scene, a line each.
 std::string warnings(const Json& document);

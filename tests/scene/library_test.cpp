@@ -1,4 +1,4 @@
-/// Checks properties that all scenes of the library have.
+// Checks properties that all scenes of the library have.
 
 #include <gtest/gtest.h>
 
@@ -38,14 +38,14 @@ void expect_clean(const Scene& scene, const std::filesystem::path& file) {
   EXPECT_TRUE(scene.camera.has_value() && scene.sun.has_value());
 }
 
-TEST_P(EachScene, LoadsWithoutReplacementsAndHasCameraSunAndPage) {
+TEST_P(EachScene, LoadsCleanlyWithCameraSunAndPage) {
   const Scene scene = library_scene(GetParam());
   expect_clean(scene, GetParam());
   EXPECT_EQ(scene.step, 1.0 / 60);
   EXPECT_TRUE(std::filesystem::exists(folder / (GetParam() + ".md")));
 }
 
-TEST(PublishedScenes, LoadWithoutReplacementsAndHaveExpectations) {
+TEST(PublishedScenes, LoadCleanlyWithExpectations) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "published")) {
     if (entry.path().extension() != ".gltf") continue;
@@ -59,26 +59,26 @@ TEST(PublishedScenes, LoadWithoutReplacementsAndHaveExpectations) {
 }
 
 TEST_P(EachScene, StartsWithLinearLimitsMet) {
-  if (GetParam() == "short_chain") return;  // its page says by how much it is not
+  if (GetParam() == "short_chain") return;  // its joints start open, as its page states
   const Scene scene = library_scene(GetParam());
   for (const Joint& joint : scene.joints) {
-    // Position of b's origin in frame a.
+    // Express the origin of b's frame in frame a.
     const Vector3 position = (scene.bodies[joint.body_a].pose * joint.frame_a).inverse() *
                              (scene.bodies[joint.body_b].pose * joint.frame_b).position;
     for (const JointLimit& limit : joint.limits) {
       if (limit.angular || limit.stiffness) continue;
       Vector3 along = position;
       for (int axis = 0; axis < 3; ++axis) along[axis] *= limit.axes[axis];
-      const bool one = limit.axes[0] + limit.axes[1] + limit.axes[2] == 1;
-      const double coordinate = one ? along.sum() : along.norm();
+      const bool has_one_axis = limit.axes[0] + limit.axes[1] + limit.axes[2] == 1;
+      const double coordinate = has_one_axis ? along.sum() : along.norm();
       EXPECT_LT(coordinate - limit.max, 1e-12) << joint.name;  // measured at most 1.7e-15
       EXPECT_LT(limit.min - coordinate, 1e-12) << joint.name;  // measured at most 1.1e-16
     }
   }
 }
 
-TEST_P(EachScene, TouchesExactlyWithinOneMillimetre) {
-  if (GetParam() == "overlap") return;  // its page says by how much they do not
+TEST_P(EachScene, StartsWithContactsWithoutGap) {
+  if (GetParam() == "overlap") return;  // its boxes start in each other, as its page states
   const Scene scene = library_scene(GetParam());
   const Model model = build_model(scene);
   const auto jointed = [&](int a, int b) {
@@ -94,7 +94,7 @@ TEST_P(EachScene, TouchesExactlyWithinOneMillimetre) {
   }
   const bool starts_in_the_air =
       GetParam() == "bouncing_balls" || GetParam() == "ragdoll" || GetParam() == "rock_slide";
-  // Stones' hulls are made of 32-bit floats. Bodies in the funnel lie on the curve that facets are chords of.
+  // Allow for stones' hulls of 32-bit floats, and for the funnel, whose facets are chords of a curve.
   const double exact = GetParam() == "masonry_arch" ? 1e-7 : GetParam() == "funnel" ? 1e-3 : 1e-12;
   EXPECT_EQ(contacts.empty(), scene.colliders.empty() || starts_in_the_air);
   for (const ContactPoint& contact : contacts)

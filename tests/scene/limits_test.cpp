@@ -1,5 +1,5 @@
-/// Small files that could need much memory: each loads or is refused within a gibibyte and two seconds.
-/// One file, since its cases are one table of small files.
+// Tests small files that could need much memory: each loads or is refused within a gibibyte and two seconds.
+// This is one file, since its cases are one table of small files.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ struct Crafted {
 
 struct Case {
   const char* name;
-  const char* place;  // what a refusal must hold; empty where the file loads
+  const char* place;  ///< position and words that a refusal must contain; empty where the file loads
   const char* words;
   std::function<Crafted()> make;
 };
@@ -52,7 +52,7 @@ void PrintTo(const Case& tried, std::ostream* out) {
   *out << tried.name;
 }
 
-// Positions and indices, stored in this order.
+/// Positions and indices, stored in this order.
 struct Geometry {
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
@@ -63,7 +63,7 @@ struct Geometry {
   std::size_t vertices() const { return positions.size() / 3; }
 };
 
-// Returns points spread over a ball, each of which a triangle uses: others are not in hulls.
+/// Returns points spread over a ball, each of which a triangle uses: others are not in hulls.
 Geometry ball(std::size_t points) {
   Geometry geometry;
   for (std::size_t i = 0; i < points; ++i) {
@@ -91,7 +91,7 @@ Geometry grid(std::size_t side) {
   return geometry;
 }
 
-// Returns a document of one mesh of one primitive, without nodes.
+/// Returns a document of one mesh of one primitive, without nodes.
 Json document_of(const Geometry& geometry) {
   const std::size_t positions = 4 * geometry.positions.size();
   const std::size_t indices = 4 * geometry.indices.size();
@@ -125,7 +125,7 @@ Json collider_of_node(int node, bool hull, bool moves) {
   return {{"extensions", {{"KHR_physics_rigid_bodies", physics}}}};
 }
 
-// Adds node 0 with the mesh, and `count` colliders of its geometry, each in its own scale if `scaled`.
+/// Adds node 0 with the mesh, and `count` colliders of its geometry, each in its own scale if `scaled`.
 Json with_colliders(Json document, int count, bool hull, bool moves, bool scaled) {
   document["nodes"].push_back({{"mesh", 0}});
   for (int i = 0; i < count; ++i) {
@@ -157,7 +157,7 @@ void repeat(Json& list, int count) {
   for (int i = 0; i < count; ++i) list.push_back(list[0]);
 }
 
-// Returns nodes that are each the child of the one before.
+/// Returns nodes that are each the child of the one before.
 Json chain(int length) {
   Json document = edited("/scenes =; /scene =; /nodes = []");
   for (int i = 0; i < length; ++i) document["nodes"].push_back({{"children", {i + 1}}});
@@ -165,8 +165,8 @@ Json chain(int length) {
   return document;
 }
 
-// Returns `wearers` nodes with a skin whose joints are all node 0.
-Json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
+/// Returns a document with `count` nodes that have a skin whose joints are all node 0.
+Json with_skins(const Geometry& geometry, int count, std::size_t joints) {
   Json document = document_of(geometry);
   const std::size_t vertices = geometry.vertices();
   const std::size_t begin = document["buffers"][0]["byteLength"];
@@ -185,15 +185,15 @@ Json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
   attributes["WEIGHTS_0"] = 3;
   document["skins"] = {{{"joints", std::vector<int>(joints, 0)}}};
   document["nodes"].push_back({{"extensions", {{"KHR_physics_rigid_bodies", {{"motion", {{"mass", 1}}}}}}}});
-  for (int i = 0; i < wearers; ++i) document["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
+  for (int i = 0; i < count; ++i) document["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
   return document;
 }
 
-Crafted skinned_glb(const Geometry& geometry, int wearers, std::size_t joints) {
+Crafted skinned_glb(const Geometry& geometry, int count, std::size_t joints) {
   Geometry more = geometry;
   more.indices.resize(more.indices.size() + geometry.vertices(), 0);            // joints
   more.indices.resize(more.indices.size() + geometry.vertices(), 0x000000ffU);  // weights
-  return as_glb(with_skins(geometry, wearers, joints), more);
+  return as_glb(with_skins(geometry, count, joints), more);
 }
 
 Crafted text_mesh(const Geometry& geometry, int copies) {
@@ -219,12 +219,12 @@ const std::vector<Case>& cases() {
            document["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 6}});
          return as_glb(document, geometry);
        }},
-      {"NodesDeep", "/nodes/256", "deeper than 256", [] { return as_gltf(chain(50'000)); }},
-      {"BodiesMany", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, false)); }},
-      {"EllipsoidsMany", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, true)); }},
-      {"EllipticCylindersMany", "", "",
+      {"DeepNodes", "/nodes/256", "deeper than 256", [] { return as_gltf(chain(50'000)); }},
+      {"ManyBodies", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, false)); }},
+      {"ManyEllipsoids", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, true)); }},
+      {"ManyEllipticCylinders", "", "",
        [] { return as_gltf(with_shapes(R"({"type": "cylinder"})", 5500, true)); }},
-      {"TaperedCapsulesMany", "", "",
+      {"ManyTaperedCapsules", "", "",
        [] {
          return as_gltf(with_shapes(
              R"({"type": "capsule", "capsule": {"height": 1, "radiusBottom": 0.5, "radiusTop": 0.2}})", 5500,
@@ -238,7 +238,7 @@ const std::vector<Case>& cases() {
       {"FlatHull", "/collider", "thinner than", [] { return collided(grid(150), 1, true, true, false); }},
       {"GroundsOfOneMesh", "/collider", "has more than",
        [] { return collided(grid(100), 4000, false, false, false); }},
-      {"GroundOfAFan", "", "",  // all triangles at one vertex
+      {"GroundOfFan", "", "",  // all triangles at one vertex
        [] {
          Geometry geometry = ball(35'000);
          geometry.indices.clear();
@@ -265,7 +265,7 @@ const std::vector<Case>& cases() {
          repeat(document[Json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 10'000);
          return as_gltf(document);
        }},
-      {"JointsMany", "", "",
+      {"ManyJoints", "", "",
        [] {
          Json document = example();
          repeat(document[Json::json_pointer(pointer("/$/physicsJoints/0/limits"))], 99);
@@ -275,21 +275,22 @@ const std::vector<Case>& cases() {
          }
          return as_gltf(document);
        }},
-      {"NameOfManyPieces", "/meshes/0/name", "the longest name",
+      {"LongNameOfManyPrimitives", "/meshes/0/name", "the longest name",
        [] {
          Json document = edited("/meshes/0/name = \"" + std::string(300'000, 'n') + '"');
          repeat(document["meshes"][0]["primitives"], 9000);
          return as_gltf(document);
        }},
-      {"PiecesDrawnOften", "/nodes/", "primitives are to be drawn",
+      {"PrimitivesOfManyNodes", "/nodes/", "primitives are to be drawn",
        [] {
          Json document = edited("/scenes =; /scene =");
          repeat(document["meshes"][0]["primitives"], 9000);
          for (int i = 0; i < 9000; ++i) document["nodes"].push_back({{"mesh", 0}});
          return as_gltf(document);
        }},
-      {"SkinWornOften", "/nodes/", "has more than", [] { return skinned_glb(ball(10'000), 10'000, 100); }},
-      {"SkinsWorn", "", "", [] { return skinned_glb(ball(1000), 50, 100); }},
+      {"SkinOfTooManyNodes", "/nodes/", "has more than",
+       [] { return skinned_glb(ball(10'000), 10'000, 100); }},
+      {"SkinOfManyNodes", "", "", [] { return skinned_glb(ball(1000), 50, 100); }},
       {"BuffersAreTheFileItself", "", "",
        [] {
          Json document = example();
@@ -297,14 +298,14 @@ const std::vector<Case>& cases() {
            document["buffers"].push_back({{"byteLength", 1}, {"uri", "crafted.gltf"}});
          return as_gltf(document);
        }},
-      {"VerticesDenormal", "/collider", "thinner than",
+      {"DenormalVertices", "/collider", "thinner than",
        [] {
          Geometry geometry = ball(20'000);
          for (float& coordinate : geometry.positions) coordinate *= 1e-42F;
          for (std::size_t i = 2; i < geometry.positions.size(); i += 3) geometry.positions[i] = 0;
          return collided(geometry, 1, true, true, false);
        }},
-      {"VerticesFar", "/collider", "within ±1e9 m",
+      {"FarVertices", "/collider", "within ±1e9 m",
        [] {
          Geometry geometry = ball(20'000);
          for (float& coordinate : geometry.positions) coordinate *= 1e38F;
@@ -312,7 +313,7 @@ const std::vector<Case>& cases() {
        }},
       {"StepsWithoutEnd", "", "",  // the loader only reads them; a run refuses them
        [] { return as_gltf(edited("/extras/substep = {\"duration\": 1e300, \"step\": 1e-300}")); }},
-      {"MeshesDroppedOften", "/nodes/", "the meshes to drop",
+      {"MeshDroppedTooOften", "/nodes/", "the meshes to drop",
        [] {
          Geometry geometry = grid(100);
          Json document = document_of(geometry);
@@ -320,8 +321,8 @@ const std::vector<Case>& cases() {
          for (int i = 0; i < 5000; ++i) document["nodes"].push_back({{"mesh", 0}});
          return as_glb(document, geometry);
        }},
-      {"CopiesOfAMesh", "", "", [] { return text_mesh(ball(5000), 1000); }},
-      {"CopiesBeyondAll", "crafted.obj", "copies",
+      {"CopiesOfMesh", "", "", [] { return text_mesh(ball(5000), 1000); }},
+      {"TooManyCopies", "crafted.obj", "copies",
        [] { return text_mesh(ball(5000), std::numeric_limits<int>::max()); }},
   };
   return all;

@@ -1,5 +1,5 @@
-/// Meshes in other formats: bodies with the right mass, and damaged files that are refused in time.
-/// One file, since valid and damaged meshes share their texts.
+// Tests meshes in other formats: bodies with the right mass, and damaged files that are refused in time.
+// This is one file, since valid and damaged meshes share their texts.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ const char* const outward_faces =
 const char* const inward_faces =
     "f -8 -7 -6 -5\nf -1 -2 -3 -4\nf -4 -3 -7 -8\nf -3 -2 -6 -7\nf -2 -1 -5 -6\nf -1 -4 -8 -5\n";
 
-/// Returns a cube of 1 m from (x, y, 0.5), a part of the object before it.
+/// Returns a cube of 1 m from (x, y, 0.5), in a new `object` or as a part of the object before it.
 std::string small_cube(double x, double y, const char* faces, const char* object = "") {
   std::string text = object;
   for (const double z : {0.5, 1.5}) {
@@ -86,14 +86,14 @@ TEST(MeshScene, ClosedMeshHasExactMass) {
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(1 / cube.inverse_inertia[axis], 8000 * 4 / 6., 1e-9);  // measured 9e-13
   }
-  // Half its size above the plane, in the middle.
+  // The cube starts half its size above the plane, in the middle.
   EXPECT_LE((cube.pose.position - Vector3(0, 2, 0)).norm(), 1e-12);  // measured 0
   ASSERT_EQ(scene.colliders.size(), 2u);
   EXPECT_TRUE(std::holds_alternative<Plane>(scene.colliders[0].shape));
   EXPECT_EQ(std::get<Polytope>(scene.colliders[1].shape).vertices.size(), 8u);
 }
 
-TEST(MeshScene, MeshInsideOutIsTheSameBody) {
+TEST(MeshScene, InsideOutMeshIsSameBody) {
   const char* const reversed = "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 7 8 4 3\nf 8 5 1 4\n";
   const std::string text = cube_obj;
   const Scene scene = load_text("cube.obj", text.substr(0, text.find("f ")) + reversed);
@@ -107,19 +107,19 @@ TEST(MeshScene, OpenMeshTakesHullWithWarning) {
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
 }
 
-TEST(MeshScene, TakesHullOfMeshWithEdgeOfFourTriangles) {
+TEST(MeshScene, SharedEdgeTakesHullWithWarning) {
   const Scene scene =
       load_text("two.obj", small_cube(0, 0, outward_faces, "o two\n") + small_cube(1, 1, outward_faces));
   EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("or more than two triangles share an edge")));
 }
 
-/// A part that faces inwards is a cavity inside another part; beside it the hull counts.
-TEST(MeshScene, TakesPartsThatFaceInwardsForCavitiesOrTakesHull) {
+/// A part that faces inwards is a cavity inside another part; beside it the mesh has the mass of its hull.
+TEST(MeshScene, InwardPartIsCavityOrTakesHull) {
   const Scene hollow = load_text("cube.obj", cube_obj + small_cube(0.5, 0.5, inward_faces));
   EXPECT_NEAR(1 / hollow.bodies[1].inverse_mass, 7000, 1e-9);  // measured 9e-13
   const Scene beside = load_text("cube.obj", cube_obj + small_cube(2.5, 0.5, inward_faces));
   EXPECT_THAT(beside.warnings, Contains(HasSubstr("or has parts that face inwards")));
-  // The cube and a frustum of 1.5 m with faces of 4 m² and 1 m².
+  // The hull is the cube and a frustum 1.5 m long, with faces of 4 m² and 1 m².
   EXPECT_NEAR(1 / beside.bodies[1].inverse_mass, 8000 + 3500, 1e-9);  // measured 2e-12
 }
 
@@ -136,7 +136,7 @@ TEST(MeshScene, LeavesFlatMeshOut) {
 }
 
 /// AMF states a unit that assimp drops.
-TEST(MeshScene, WarnsOfUnitThatIsNotRead) {
+TEST(MeshScene, WarnsOfIgnoredUnit) {
   const std::string amf =
       R"(<?xml version="1.0"?><amf unit="millimeter"><object id="0"><mesh><vertices>
 <vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex>
@@ -235,8 +235,8 @@ TEST(MeshScene, ReadsStlPlyAndCollada) {
   millimetres.scale = 0.001;
   const Scene gear = load_scene(meshes / "gear.stl", millimetres);
   ASSERT_EQ(gear.bodies.size(), 2u);
-  EXPECT_NEAR(1 / gear.bodies[1].inverse_mass, 1000 * 92208.82866445865e-9,
-              1e-7);  // of its generator's volume
+  // Its generator knows the volume.
+  EXPECT_NEAR(1 / gear.bodies[1].inverse_mass, 1000 * 92208.82866445865e-9, 1e-7);
   EXPECT_THAT(gear.warnings, Contains(HasSubstr("collides as its convex hull")));
 
   const Scene solid = load_scene(meshes / "dodecahedron.ply");
@@ -246,7 +246,7 @@ TEST(MeshScene, ReadsStlPlyAndCollada) {
               1e-4);
   EXPECT_EQ(std::get<Polytope>(solid.colliders[1].shape).face_count(), 12u);
 
-  // Centimetres, and z upwards: 1 m long edges from the right angle at the origin.
+  // The file has centimetres and z up: a tetrahedron with edges of 1 m along the axes.
   const Scene tetrahedron = load_text("t.dae", dae("<node><instance_geometry url=\"#g\"/></node>"));
   EXPECT_NEAR(1 / tetrahedron.bodies[1].inverse_mass, 1000 / 6., 1e-4);  // measured 2e-6
 }
@@ -273,7 +273,7 @@ TEST(MeshScene, GltfWithoutPhysicsFalls) {
               1e-12);
 }
 
-TEST(MeshScene, OtherExtensionsMakeNoScene) {
+TEST(MeshScene, IgnoresOtherExtensions) {
   const Json document = edited(without_physics(), R"(/extensionsUsed = ["KHR_lights_punctual"];
     /extensions/KHR_lights_punctual/lights = [{"type": "point"}];
     /nodes/1/extensions/KHR_lights_punctual/light = 0)");
@@ -352,7 +352,7 @@ TEST(MeshScene, KnotIsDrawnSmoothAndInItsColour) {
     bent += (mesh.normals[triangle[0]] - mesh.normals[triangle[1]]).norm() > 1e-3;
   }
   EXPECT_GT(bent, static_cast<int>(mesh.triangles.size()) / 2);
-  // And the cube keeps its edges.
+  // The cube keeps its edges.
   const Scene cube = load_text("cube.obj", cube_obj);
   for (const Vector3& normal : cube.meshes[0].normals) EXPECT_NEAR(normal.cwiseAbs().maxCoeff(), 1, 1e-12);
 }
@@ -395,7 +395,7 @@ std::vector<Hostile> hostile_meshes() {
 
 class HostileMesh : public testing::TestWithParam<Hostile> {};
 
-TEST_P(HostileMesh, LoadsOrIsRefusedInTimeAndNamed) {
+TEST_P(HostileMesh, LoadsOrIsRefusedInTime) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.write(GetParam().file, GetParam().bytes);
   ASSERT_LT(GetParam().bytes.size(), std::size_t{1} << 20);
@@ -410,7 +410,7 @@ TEST_P(HostileMesh, LoadsOrIsRefusedInTimeAndNamed) {
 INSTANTIATE_TEST_SUITE_P(Files, HostileMesh, testing::ValuesIn(hostile_meshes()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST(HostileMeshes, ReadNothingOutsideTheFolder) {
+TEST(HostileMeshes, ReadNoFileOutsideFolder) {
   const TemporaryFolder folder;
   folder.write("outside.mtl", "newmtl red\nKd 1 0 0\n");
   std::filesystem::create_directories(folder.path() / "inner");

@@ -1,4 +1,4 @@
-// Steps, but for A1's, and searches for contacts allocate nothing once they had as many contacts before.
+// Steps of all algorithms but A1, and searches for contacts, allocate nothing once they had as many contacts.
 
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ long allocations_of_steps(const Scene& scene, Settings settings) {
   return allocations;
 }
 
-/// Balls that roll and bounce a little: contacts with restitution.
+/// Returns balls that roll and bounce a little: contacts with restitution.
 Scene balls_in_a_row() {
   Scene scene = test::floor_scene(0.4);
   scene.colliders[0].material.restitution = 0.5;
@@ -68,7 +68,7 @@ Scene balls_in_a_row() {
   return scene;
 }
 
-TEST(Step, AllocatesNothingAfterTheFirst) {
+TEST(Step, AllocatesNothingAfterFirst) {
   for (const auto& [algorithm, warm_start] : {std::pair(Algorithm::a2, 0.0),
                                               {Algorithm::a3, 0.0},
                                               {Algorithm::a4, 0.0},

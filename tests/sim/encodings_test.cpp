@@ -29,16 +29,16 @@ TEST(Base64, MatchesRfc4648) {
                                                        {"\xfb\xff", "+/8="}};
   for (const auto& [bytes, text] : pairs) {
     EXPECT_EQ(base64(bytes), text);
-    std::optional<char> stranger;
-    EXPECT_EQ(base64_decoded(text, stranger), bytes);
-    EXPECT_FALSE(stranger) << text;
+    std::optional<char> invalid;
+    EXPECT_EQ(base64_decoded(text, invalid), bytes);
+    EXPECT_FALSE(invalid) << text;
   }
 }
 
 TEST(Base64, NamesInvalidByte) {
-  std::optional<char> stranger;
-  base64_decoded("Zm9v Zm9v", stranger);
-  EXPECT_EQ(stranger, ' ');
+  std::optional<char> invalid;
+  base64_decoded("Zm9v Zm9v", invalid);
+  EXPECT_EQ(invalid, ' ');
 }
 
 // Fowler, Noll and Vo's own test values.

@@ -1,6 +1,5 @@
 // Compares bodies that miss each other, slide over seams or fly fast with closed forms that share nothing
-// with the solver, in random scenes: near misses with several n, all others at default settings. Prints a
-// table.
+// with the solver, in random scenes: near misses with several n, others at defaults. Prints a table.
 
 #include "sim/math/rotation.h"
 #include "tests/sim/moving_solids.h"
@@ -45,8 +44,8 @@ struct FlyPast {
   }
 };
 
-/// Returns the largest change of a body's velocity, and of its spin times its reach, relative to `speed`.
-/// Bodies fall freely with the acceleration `fall`.
+/// Returns a function of state and time: the largest change of a body's velocity, and of its spin times its
+/// reach, over `speed`. Bodies fall freely with the acceleration `fall`.
 auto change_of_motion(const Scene& scene, std::vector<double> reaches, double speed, const Vector3& fall) {
   return [=](const State& state, double time) {
     double change = 0;
@@ -60,6 +59,7 @@ auto change_of_motion(const Scene& scene, std::vector<double> reaches, double sp
   };
 }
 
+/// Draws two solids and their motions, and shifts the paths until their least distance is the clearance.
 FlyPast draw_paths(Random& random) {
   FlyPast drawn;
   drawn.clearance = random.spread(0.001, 0.2);
@@ -83,7 +83,7 @@ FlyPast draw_paths(Random& random) {
     drawn.start_of_other.velocity = drawn.speed * random.between(0, 1) * random.direction();
   }
   drawn.start_of_one.velocity = drawn.start_of_other.velocity + drawn.speed * along;
-  // Shift the path aside until it is as close as drawn.
+  // Shift the path aside until it is as close as drawn, by bisection.
   const auto shifted = [&](double by) {
     FlyPast result = drawn;
     result.start_of_one.pose.position = by * drawn.normal - drawn.speed * drawn.closest * along;
@@ -145,8 +145,8 @@ Trial draw_fly_past(Random& random) {
 Trial draw_blade(Random& random) {
   const double length = random.between(0.3, 1.5);
   const double width = random.between(0.02, 0.1);
-  const Vector3 size(length, random.between(0.2, 1) * width,
-                     width);  // it turns about its largest moment of inertia
+  // Make the height the least size, so that the blade turns about its largest moment of inertia.
+  const Vector3 size(length, random.between(0.2, 1) * width, width);
   const double clearance = random.spread(1e-4, 0.2);
   const double spin = random.between(5, 50);
   const double mass = random.spread(0.3, 3);
@@ -198,11 +198,11 @@ Trial draw_pinball(Random& random) {
            substance);
   const int kind = random.below(3);
   const double post = random.between(0.02, 0.3);
-  const Vector3 place(random.between(-0.1, 0.1), 0.5, radius + clearance + post);
-  if (kind == 0) add_static(scene, cylinder(0.5, post, post), {turn * place, turn}, substance);
-  if (kind == 1) add_static(scene, ball(post), {turn * Vector3(0, post, place.z()), turn}, substance);
+  const Vector3 centre(random.between(-0.1, 0.1), 0.5, radius + clearance + post);
+  if (kind == 0) add_static(scene, cylinder(0.5, post, post), {turn * centre, turn}, substance);
+  if (kind == 1) add_static(scene, ball(post), {turn * Vector3(0, post, centre.z()), turn}, substance);
   if (kind == 2)
-    add_static(scene, box_of(2 * Vector3(random.between(0.05, 1), 0.5, post)), {turn * place, turn},
+    add_static(scene, box_of(2 * Vector3(random.between(0.05, 1), 0.5, post)), {turn * centre, turn},
                substance);
   constexpr std::array kinds{"post", "ball", "block"};
   return largest_of(fmt::format("{} of {:.3f} m slides past a {}, {:.4f} m clear at {:.2f} m/s, e {}",
@@ -237,7 +237,7 @@ Trial draw_flush_passage(Random& random) {
                     change_of_motion(scene, {size.norm() / 2}, speed, Vector3::Zero()));
 }
 
-TEST(NearMiss, ChangesNothingFlushBesideAnEdge) {
+TEST(NearMiss, FlushPassageChangesNothing) {
   run({"near miss, flush with an edge: motion", 1e-6, &draw_flush_passage});
 }
 
@@ -282,7 +282,7 @@ std::string add_blocks(Scene& scene, Random& random, const Substance& substance)
 }
 
 /// Draws a body that slides without friction, or rolls, over a floor of flush blocks for 2 m. The error is
-/// the largest over its limit: of the speed 0.002 of the start's, of displacements up 0.1 mm, aside 1 mm.
+/// the largest of three over their limits: speed 0.002 of the start's, drift up 0.1 mm, drift aside 1 mm.
 Trial draw_seams(Random& random) {
   Scene scene = empty_scene();
   const double speed = random.spread(0.3, 4);
@@ -309,14 +309,14 @@ Trial draw_seams(Random& random) {
   return largest_of(fmt::format("{} (kind {}) of {:.3f} m {} at {:.3f} m/s over {}", solid.name, kind, radius,
                                 rolls ? "rolls" : "slides", speed, floor),
                     scene, 2 / speed, [=](const State& state, double) {
-                      const Vector3 way = state.q[1].linear - start.pose.position;
+                      const Vector3 moved = state.q[1].linear - start.pose.position;
                       return std::max({std::abs(state.v[1].linear.norm() / speed - 1) / 0.002,
-                                       std::abs(way.y()) / 1e-4, std::abs(aside.dot(way)) / 1e-3});
+                                       std::abs(moved.y()) / 1e-4, std::abs(aside.dot(moved)) / 1e-3});
                     });
 }
 
-// Sweeps end before the points on both sides of a seam agree, so the body turns a little: a drift of 0.52 mm
-// aside in 400 draws.
+// Sweeps end before the points on both sides of a seam agree, so the body turns a little: it drifts aside by
+// at most 0.52 mm in 400 draws.
 TEST(Seams, KeepSpeedHeightAndCourse) {
   run({"2 m over flush blocks: speed, height, aside", 1, &draw_seams});
 }
@@ -342,7 +342,7 @@ Trial draw_fast(Random& random) {
   const Quaternion across = rotation_quaternion({0, 0, pi / 2});
   add_body(scene, is_rod ? capsule(half_length, radius) : ball(radius),
            {{-speed * meeting * along, turn * across}, speed * along}, substance);
-  // The pose of the struck face, with Y towards the body.
+  // Place the struck face, with Y towards the body.
   const Pose face{radius * along, turn};
   const double post = 0.03;
   if (kind == 0) add_static_plane(scene, face, substance);
@@ -353,7 +353,7 @@ Trial draw_fast(Random& random) {
     const Quaternion up = rotation_quaternion({pi / 2, 0, 0});
     add_static(scene, cylinder(1, post, post), face * Pose{middle, up}, substance);
   }
-  // A rod hit off its middle continues by 8 mm at most.
+  // Allow for a rod that is hit off its middle, which continues by 8 mm at most.
   const double farthest = is_rod ? radius + post : radius;
   constexpr std::array kinds{"ball at a plane", "ball at a slab", "ball at a 1 cm wall", "rod at a post"};
   return largest_of(fmt::format("{}, {:.1f} m/s, e {}, meeting at {:.4f} s", kinds[kind], speed, e, meeting),

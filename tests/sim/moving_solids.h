@@ -1,6 +1,5 @@
 #pragma once
-// Solids of the tests of moving contacts, and their distance by a method that shares nothing with
-// sim/geometry.
+/// Solids for tests of moving contacts, and their distance by a method that shares nothing with sim/geometry.
 
 #include <Eigen/LU>
 
@@ -11,12 +10,11 @@
 
 namespace substep::test {
 
-/// A convex set: the hull of points, or of discs across the y axis about them, rounded by a ball of radius
-/// `round`.
+/// A convex set: the hull of points, or of discs across y about them, rounded by a ball of radius `round`.
 struct Core {
   std::vector<Vector3> corners;
   std::vector<double> disc;  ///< radius of the disc about each corner; empty: points
-  double round = 0;
+  double round = 0;          ///< m
 
   /// Returns the farthest point of the set at `pose` along a unit direction.
   Vector3 support(const Pose& pose, const Vector3& direction) const {
@@ -34,6 +32,7 @@ struct Core {
     return pose * (best + round * along);
   }
 
+  /// Returns a bound of the distance of points from the origin, m.
   double reach() const {
     double largest = 0;
     for (std::size_t i = 0; i < corners.size(); ++i)
@@ -42,13 +41,14 @@ struct Core {
   }
 };
 
+/// A collider, and the same set as a Core.
 struct Part {
   Shape shape;
   Pose placement;
   Core core;
 };
 
-/// Parts of a body, in its frame.
+/// The colliders of a body, placed in its frame.
 struct Solid {
   std::string name;
   std::vector<Part> parts;
@@ -223,6 +223,7 @@ inline double height_above(const Vector3& normal, const Solid& solid, const Pose
   return least;
 }
 
+/// The pose and velocities of a body at the start, world.
 struct Start {
   Pose pose;
   Vector3 velocity = Vector3::Zero();  ///< m/s
@@ -234,6 +235,7 @@ struct Start {
   }
 };
 
+/// The mass and material of a body.
 struct Substance {
   double mass = 1;                         ///< kg
   Vector3 moments = Vector3::Constant(1);  ///< principal, kg m²

@@ -1,5 +1,5 @@
-// Rolling bodies against closed forms in all five algorithms: balls, a cylinder and a capsule, off the axes,
-// of unusual sizes and masses, on a tilted floor. In A3, sub-steps must be as good as steps of A1.
+// Compares rolling bodies with closed forms in all five algorithms: balls, a cylinder and a capsule, off the
+// axes, of unusual sizes and masses, on a tilted floor. In A3, sub-steps must be as good as steps of A1.
 
 #include <gtest/gtest.h>
 
@@ -24,12 +24,12 @@ using test::gravity;
 /// turned by `slope` about an axis other than x and z.
 struct Rolling {
   Shape shape;
-  double radius;
-  double mass;
+  double radius;          ///< m
+  double mass;            ///< kg
   double inertia_factor;  ///< moment of inertia over m r²: solid ball 2/5, hollow ball 2/3, cylinder 1/2
-  double slope;
-  double direction;  ///< downhill, angle from x towards z
-  double limit;      ///< of the errors relative to the speed
+  double slope;           ///< rad
+  double direction;       ///< of the way down, angle from x towards z, rad
+  double limit;           ///< of the errors relative to the speed
 };
 
 class Rolls : public testing::TestWithParam<Algorithm> {};
@@ -57,7 +57,7 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
     const auto error = [&](const State& state, double time) {
       const auto& [linear, angular] = state.v[1];
       const double speed = acceleration * time;
-      // m/s: with κ < 1 the sideways velocity of the first sub-steps fades. Measured 1.3e-5.
+      // Allow for sideways velocity in the first step, m/s: with κ < 1 it fades. Measured 1.3e-5.
       const double fading = time < 1.5 / 60 ? 2e-5 : 0;
       return std::max({std::abs(linear.dot(down) - speed), std::abs(angular.norm() * x.radius - speed),
                        (linear - linear.dot(down) * down).norm() - fading}) /
@@ -90,8 +90,8 @@ Vector3 position_on_tilting_slab(Algorithm algorithm, bool slab_first) {
 
 TEST_P(Rolls, IgnoresOrderOnTiltingSlab) {
   const Vector3 position = position_on_tilting_slab(GetParam(), true);
-  // m. Measured A1 2e-16, A2, A4 and A5 1.5e-6, A3 9e-6: friction's displacements are in the second body's
-  // frame, which turns. A normal that turned with the ball would make it 5e-3 in A3.
+  // Measured in m: A1 2e-16, A2, A4 and A5 1.5e-6, A3 9e-6: friction's displacements are in the second body's
+  // frame, which turns. With a normal that turned with the ball A3 would differ by 5e-3.
   EXPECT_LT((position - position_on_tilting_slab(GetParam(), false)).norm(),
             GetParam() == Algorithm::a1 ? 1e-13 : 2e-5);
 }
@@ -130,7 +130,7 @@ TEST_P(Rolls, RocksOnDrum) {
       }
     }
     const double rate = std::log(squares[5] / squares[1]) / (8 * period * settings.step);
-    // A4 and A5 push where the bodies touched as the step began, so swings grow (claim 18).
+    // In A4 and A5 swings grow, since they push where the bodies touched as the step began (claim 18).
     const bool frozen = GetParam() == Algorithm::a4 || GetParam() == Algorithm::a5;
     const double predicted = square * settings.step * (1 - 1.0 / substeps) / 4;  // 0.087 and 0.109 1/s
     // Measured: 0.0003 off in A4 and A5, below 0.00005 in the others.

@@ -52,7 +52,7 @@ TEST(Cheapest, UsesTimesIfMeasured) {
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
 }
 
-TEST(Advice, RecommendsRunWithinOnePercentOrSaysNone) {
+TEST(Advice, RecommendsRunWithinOnePercent) {
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)}),
               HasSubstr("**A1 with h = 1/60 s**"));
@@ -61,7 +61,7 @@ TEST(Advice, RecommendsRunWithinOnePercentOrSaysNone) {
 TEST(Advice, AvoidsSmallerSubstepsWhereCoupledRowsGrow) {
   std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.5, 10), run(Algorithm::a5, 16, 0.7, 160)};
   EXPECT_THAT(advice(runs), HasSubstr("take smaller steps than were measured"));
-  runs[1].substep_radius = 1;  // that of a free mode, to rounding
+  runs[1].substep_radius = 1;  // the radius of a free mode, to rounding
   EXPECT_THAT(advice(runs), HasSubstr("take smaller steps than were measured"));
   runs[1].substep_radius = 1.06;
   EXPECT_THAT(advice(runs), Not(HasSubstr("take smaller steps than were measured")));
@@ -79,14 +79,14 @@ TEST(Advice, RejectsRunsThatChangeEnergy) {
   const std::string text = advice(runs);
   EXPECT_THAT(text, HasSubstr("2 settings that are within 1 %"));
   EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
-  // The most accurate run loses energy, a cheaper one does not
+  // The most accurate run loses energy, a cheaper one does not.
   runs[0].metrics->energy_change = -6;
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
   for (SweepRecord& record : runs) record.contacts = ContactKind::standing;
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a1);
 }
 
-TEST(Advice, NamesSettingsThatAreNoDefaults) {
+TEST(Advice, NamesSettingsOtherThanDefaults) {
   SweepRecord record = run(Algorithm::a2, 1, 0, 1);
   record.settings.iterations = 16;
   record.settings.relaxation = 1.6;
@@ -97,14 +97,14 @@ TEST(Advice, NamesSettingsThatAreNoDefaults) {
   EXPECT_EQ(spoken(record, true), "A5 with n = 10, warm = 0.5, h = 1/60 s");
 }
 
-TEST(Advice, GivesTurnsInRadians) {
+TEST(Advice, ReportsTurnsInRadians) {
   SweepRecord record = run(Algorithm::a5, 16, 4.6e-14, 10);  // its centres drift, and err by rounding
   record.metrics->error.orientation = {0.132, 0.2};
   EXPECT_EQ(error_of(record), 0.132);
   EXPECT_EQ(error_text(record), "0.132 rad");
   EXPECT_EQ(error_or_gap_title({record}), "RMS turn, rad");
   EXPECT_THAT(advice({record}), HasSubstr("No run stays within 0.01 rad"));
-  // A joint that yields by 8 µm does not change what the scene's errors are
+  // A joint gap of 8 µm does not change the scene's errors from turns to distances.
   std::vector<SweepRecord> runs{record, record};
   runs[1].metrics->error.position = {8e-6, 8e-6};
   mark_turns(runs);

@@ -1,4 +1,4 @@
-// Compares engines with closed forms and our reference; leaves out those on npm that CMake did not find.
+// Compares engines with closed forms and our reference; leaves out those from npm that CMake did not find.
 
 #include "sim/study/engines/engines.h"
 
@@ -35,7 +35,7 @@ Settings settings_at(double step) {
 }
 
 /// Returns the message with which the engine refuses the scene; empty where it does not.
-std::string omitted(const Engine& engine, const Scene& scene) {
+std::string refusal_of(const Engine& engine, const Scene& scene) {
   return test::message_of([&] { engine.make(scene, settings_at(scene.step)); });
 }
 
@@ -95,7 +95,7 @@ TEST(Engines, BlockStopsOnFloor) {
   for (const Engine& engine : engines()) {
     SCOPED_TRACE(engine.label);
     if (engine.is_ours) {
-      EXPECT_EQ(omitted(engine, scene), "it has contacts: its motion is not smooth");
+      EXPECT_EQ(refusal_of(engine, scene), "it has contacts: its motion is not smooth");
       continue;
     }
     if (engine.is_command) continue;
@@ -110,9 +110,9 @@ TEST(Engines, NameUnsupportedFeatures) {
     Scene scene = short_scene(name);
     change(scene);
     for (const Engine& engine : engines()) {
-      const bool can = engine.name.starts_with("bullet-") && why == "kinematic body that moves";
-      if (engine.is_ours || engine.is_command || can) continue;
-      EXPECT_NE(omitted(engine, scene).find(why), std::string::npos) << engine.label;
+      const bool is_supported = engine.name.starts_with("bullet-") && why == "kinematic body that moves";
+      if (engine.is_ours || engine.is_command || is_supported) continue;
+      EXPECT_NE(refusal_of(engine, scene).find(why), std::string::npos) << engine.label;
     }
   };
   const auto nothing = [](Scene&) {};
@@ -180,12 +180,12 @@ TEST(OtherEngines, BlockSlidesDownSlope) {
   scene.colliders[0].placement.orientation = slope;
   test::add_box(scene, {1, 0.2, 1}, 1, {slope * Vector3(0, 0.1, 0), slope}, 0.2);
   scene.duration = 1;
-  const double way = 0.5 * 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
+  const double distance = 0.5 * 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
   for (const Engine& engine : other_engines()) {
     SCOPED_TRACE(engine.label);
     const Vector3 moved = slope.conjugate() * state_after_second(engine, scene).q[1].linear;
-    EXPECT_NEAR(moved.x(), way, 0.02 * way);  // measured at most 0.0073 of it: Bullet; else 0.0042
-    EXPECT_NEAR(moved.y(), 0.1, 1e-3);        // measured at most 9.5e-4: MuJoCo 3, whose contacts are soft
+    EXPECT_NEAR(moved.x(), distance, 0.02 * distance);  // measured at most 0.0073 of it: Bullet; else 0.0042
+    EXPECT_NEAR(moved.y(), 0.1, 1e-3);  // measured at most 9.5e-4: MuJoCo 3, whose contacts are soft
   }
 }
 
@@ -197,7 +197,7 @@ TEST(OtherEngines, RunOrRefuseScenes) {
     for (const Engine& engine : other_engines()) {
       const std::string why =
           engine.is_command ? "joint spine limits a cone" : "joint spine has a limit or a spring";
-      EXPECT_EQ(omitted(engine, scene), name == "ragdoll" ? why : "") << name << ", " << engine.label;
+      EXPECT_EQ(refusal_of(engine, scene), name == "ragdoll" ? why : "") << name << ", " << engine.label;
     }
   }
 }
@@ -209,7 +209,7 @@ TEST(MuJoCo, ClosesLoops) {
   }
 }
 
-TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
+TEST(Bullet, MovesBeltAndFiltersPairs) {
   // A box of μ = 0.3 on a slab of 1 m/s slides for v/(μ g) = 0.34 s, and moves half as far as the slab.
   Scene scene = test::empty_scene();
   test::add_box(scene, {20, 0.2, 2}, 1, {{0, -0.1, 0}, Quaternion::Identity()}, 0.3);
@@ -248,10 +248,10 @@ TEST(NodeEngines, ReportMissingFeatures) {
   for (const Engine& engine : other_engines()) {
     if (!engine.is_command) continue;
     SCOPED_TRACE(engine.label);
-    EXPECT_EQ(omitted(engine, short_scene("ragdoll")), "joint spine limits a cone");
+    EXPECT_EQ(refusal_of(engine, short_scene("ragdoll")), "joint spine limits a cone");
     Scene scene = short_scene("pendulum");
     scene.joints[0].drives.emplace_back().damping = 1;
-    EXPECT_EQ(omitted(engine, scene), "joint hinge has a drive");
+    EXPECT_EQ(refusal_of(engine, scene), "joint hinge has a drive");
   }
 }
 #else
@@ -259,12 +259,12 @@ TEST(NodeEngines, NameInstallCommand) {
   EXPECT_TRUE(std::ranges::any_of(engines(), &Engine::is_command));
   for (const Engine& engine : engines()) {
     if (!engine.is_command) continue;
-    EXPECT_NE(omitted(engine, short_scene("pendulum")).find("npm ci"), std::string::npos) << engine.label;
+    EXPECT_NE(refusal_of(engine, short_scene("pendulum")).find("npm ci"), std::string::npos) << engine.label;
   }
 }
 #endif
 
-/// A shell script as a simulator of the pendulum, which hangs still.
+/// A fixture that runs shell scripts as simulators of the pendulum, which hangs still.
 class CommandEngine : public testing::Test {
  protected:
   std::vector<State> run(const std::string& script, double time_limit = 20) const {
@@ -296,7 +296,7 @@ TEST_F(CommandEngine, ReportsFailedCommand) {
   EXPECT_EQ(refusal("echo one >&2; echo two >&2; exit 7"), "sh ended with exit code 7: two");
   EXPECT_EQ(refusal("exit 7"), "sh ended with exit code 7");
   EXPECT_EQ(refusal("kill -9 $$"), "sh ended with signal 9");
-  // A simulator's own refusal.
+  // Exit code 3 is the simulator's own refusal.
   EXPECT_EQ(refusal("echo 'there are motors' >&2; exit 3"), "there are motors");
   EXPECT_EQ(refusal("sleep 20", 0.1), "sh has not ended after 0.1 s");
   EXPECT_EQ(refusal("true"), "sh wrote no poses");
@@ -313,7 +313,7 @@ TEST_F(CommandEngine, ResolvesFilesInFolder) {
             (Command{"python3", script.string(), "other.py", "{poses}"}));
   EXPECT_EQ(command_engine({"python3", script.string(), "{poses}"}).label, "mine");
   EXPECT_EQ(command_engine({"/usr/bin/mine", "{poses}"}).label, "mine");
-  // A missing file gives the label that it gave when it was there.
+  // A missing file gives the same label as an existing one.
   EXPECT_EQ(command_engine({"python3", "--dt=1/0.5", "../gone.py", "{poses}"}).label, "gone");
   EXPECT_EQ(command_engine({"../build/gone", script.string(), "{poses}"}).label, "gone");
   EXPECT_EQ(command_engine({"mine", "--dt", "0.5", "--models", "../models/", "{poses}"}).label, "mine");

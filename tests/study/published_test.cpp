@@ -1,4 +1,4 @@
-// Published results: reading and refusing the file, and judging by its figures.
+// Tests that the file of published results is read, refused and judged by its figures.
 
 #include "sim/study/published.h"
 
@@ -72,7 +72,7 @@ TEST_F(PublishedFile, FailsIfJudgedAlgorithmMisses) {
 
 TEST_F(PublishedFile, RefusesMistakesByLine) {
   const auto run = [](const std::string& more) { return head + "run = [{ name = 'a', " + more + " }]\n"; };
-  for (const auto& [text, part] :
+  for (const auto& [text, words] :
        {std::pair(std::string(), "has no [[result]]"),
         {"[[result]]\nname = 3\n", "p.toml:2: 'name' must be a string"},
         {head, "'run' is missing"},
@@ -82,12 +82,12 @@ TEST_F(PublishedFile, RefusesMistakesByLine) {
         {run("against = 'b', at_least = 1"), "names no earlier run"},
         {run("at_least = 2"), "p.toml:6: 'at_least' needs 'against'"},
         {run("durations = 1"), "unknown key 'durations'"}})
-    EXPECT_THAT(test::message_of([&, mistaken = text] { read(mistaken); }), HasSubstr(part));
+    EXPECT_THAT(test::message_of([&, mistaken = text] { read(mistaken); }), HasSubstr(words));
   const auto too_short = read(run("duration = 0.0005"));
   EXPECT_THAT(test::message_of([&] { measure_published(too_short, {}); }), HasSubstr("measures nothing"));
 }
 
-// The quick subset of the tree's own results, with what must stay met.
+// Of the quick subset of scenes/published.toml these results must be met.
 TEST(Published, QuickSubsetHolds) {
   PublishedOptions options;
   options.quick = true;

@@ -1,4 +1,4 @@
-// A sweep file's jobs, and records that are read as they were written.
+// Tests the jobs of sweep files, and that records are read as they were written.
 
 #include "sim/study/sweep.h"
 
@@ -140,7 +140,7 @@ TEST(SweepRecord, RefusesImpossibleValues) {
   expect_refused("contacts", "\"moving\"", "\"flying\"");
 }
 
-TEST(ContactKind, FollowsTheReferenceMotion) {
+TEST(ContactKind, FollowsReferenceMotion) {
   const auto kind_in = [](const std::string& name) {
     const Scene scene = scene_named(name);
     return contact_kind(scene, reference_motion(scene, 0.1));

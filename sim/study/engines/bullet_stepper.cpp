@@ -36,7 +36,7 @@ Quaternion quaternion(const btQuaternion& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-/// A filter that rejects the pairs of EngineScene::apart. An object's user index is its unit (unit_of()).
+/// A filter that rejects the pairs of EngineScene::apart. Each object's user index is its unit (unit_of()).
 class PairFilter final : public btOverlapFilterCallback {
  public:
   explicit PairFilter(std::set<std::pair<int, int>> apart) : apart_(std::move(apart)) {}
@@ -68,7 +68,7 @@ class BulletStepper final : public Stepper {
     broad_phase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
     world_.setGravity(vector(scene.gravity));
     world_.getSolverInfo().m_numIterations = settings.iterations;
-    // A pair has the product of its frictions.
+    // Take the root, since Bullet multiplies the frictions of a pair.
     friction_ = std::sqrt(shared.friction);
     shapes_.resize(scene.bodies.size());
     bodies_.resize(scene.bodies.size());
@@ -89,7 +89,7 @@ class BulletStepper final : public Stepper {
   BulletStepper& operator=(const BulletStepper&) = delete;
 
   bool step() override {
-    // Bullet takes the velocity of a kinematic body from where it is put.
+    // Place kinematic bodies: Bullet derives their velocities from their poses.
     const double time = ++steps_ * step_;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (!bodies_[i] || !bodies_[i]->isKinematicObject()) continue;
@@ -116,6 +116,7 @@ class BulletStepper final : public Stepper {
     return parts_.back().get();
   }
 
+  /// Adds a collider: a fixed body of the world, or a part of its body's compound shape.
   void add(const Scene& scene, int index) {
     const Collider& collider = scene.colliders[static_cast<std::size_t>(index)];
     const bool is_world = collider.body == world_body;
@@ -157,7 +158,7 @@ class BulletStepper final : public Stepper {
       shape = keep(std::make_unique<btSphereShape>(0.01));
     } else if (shapes_[index]->getNumChildShapes() == 1 &&
                transform(Pose{}) == shapes_[index]->getChildTransform(0)) {
-      shape = shapes_[index]->getChildShape(0);  // a compound has fewer contacts than what it is made of
+      shape = shapes_[index]->getChildShape(0);  // a compound has fewer contacts than its only child
     }
     const bool is_moved = body.inverse_mass > 0;
     bodies_[index] = std::make_unique<btRigidBody>(
@@ -176,7 +177,7 @@ class BulletStepper final : public Stepper {
     if (collides) {
       world_.addRigidBody(&made);
     } else {
-      world_.addRigidBody(&made, 0, 0);  // in no group, meets none
+      world_.addRigidBody(&made, 0, 0);  // in no group, meets no group
     }
   }
 

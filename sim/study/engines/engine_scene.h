@@ -1,8 +1,8 @@
 #pragma once
 /// A scene in the terms that physics engines share: bodies with finite masses, ball joints, hinges and fixed
-/// joints, one friction. What is beyond them is refused with the reason, so that no engine runs another
-/// scene. And the functions of the engines' modules: a module is a file of its own beside the program, so
-/// that an engine is loaded when it is asked for and the program runs where it is not installed.
+/// joints, one friction. Other scenes are refused with the reason, so that no engine runs a different scene.
+/// Also the function that each engine's module has. A module is a file beside the program, loaded on demand,
+/// so that the program runs where the engine is not installed.
 
 #include <set>
 #include <string>
@@ -18,7 +18,7 @@ struct EngineJoint {
   enum class Kind { ball, hinge, fixed } kind;
   int a;  ///< bodies; `a` is never the world
   int b;
-  Vector3 anchor_a;  ///< in the bodies' frames
+  Vector3 anchor_a;  ///< in the bodies' frames, m
   Vector3 anchor_b;
   Vector3 axis_a;  ///< of a hinge, unit, in a's frame
   Vector3 axis_b;
@@ -27,7 +27,7 @@ struct EngineJoint {
 struct EngineScene {
   std::vector<EngineJoint> joints;
   double friction = 0;        ///< of all colliders
-  bool has_contacts = false;  ///< whether any two colliders can meet
+  bool has_contacts = false;  ///< true where two colliders can meet
   /// Pairs of units that do not meet, the lower first; empty where the engine has no filters. A unit is a
   /// body, or a collider of the world (unit_of()).
   std::set<std::pair<int, int>> apart;
@@ -39,15 +39,15 @@ inline int unit_of(const Scene& scene, int collider) {
   return body != world_body ? body : static_cast<int>(scene.bodies.size()) + collider;
 }
 
-/// Throws Error with what cannot be represented: limits, drives, springs, restitution, several frictions,
-/// infinite moments; and, unless `has_filters_and_motion`, collision filters and kinematic bodies that move.
+/// Returns the scene in these terms. Throws Error that names limits, drives, springs, restitution, several
+/// frictions, infinite moments and, unless `has_filters_and_motion`, filters and kinematic bodies that move.
 EngineScene engine_scene(const Scene& scene, bool has_filters_and_motion);
 
 using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings,
                                    const std::string& solver);
 
 /// Makes a stepper that the caller owns. Each module has this function, which is found by its name, so that
-/// it has C linkage and returns no unique_ptr. Throws Error where the engine cannot do the scene. Solvers are
+/// it has C linkage and returns no unique_ptr. Throws Error where the engine cannot run the scene. Solvers:
 /// - of ODE: "step", the direct one (Dantzig), or "QuickStep", projected successive over-relaxation;
 /// - of Bullet: "SI", sequential impulses with warm starting and split impulse as shipped, or "Dantzig";
 /// - of MuJoCo, in reduced coordinates with soft contacts, an integrator: "Euler" or "RK4".

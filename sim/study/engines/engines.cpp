@@ -42,8 +42,7 @@ Scene pendulum() {
   return scene;
 }
 
-/// Returns why an engine's pendulum is wrong; empty: it is right. A quarter of the period is known in closed
-/// form.
+/// Compares an engine's quarter period of the pendulum with the closed form. Returns the fault; empty: none.
 std::string fault_of(const MakeStepper& make, double step) {
   constexpr double quarter = 1.93333485 / 4;
   Settings settings;
@@ -79,11 +78,11 @@ MakeStepper checked(MakeStepper make, double step = 1.0 / 2000) {
   };
 }
 
-/// A library that some engines come from.
+/// A library that has one or more of the engines.
 struct Library {
   const char* name;
-  const char* module;   ///< the file, which the loader finds where the program's run path says
-  const char* package;  ///< Debian 12's
+  const char* module;   ///< file name, which the loader looks for in the program's run path
+  const char* package;  ///< name in Debian 12
 };
 // Builds without an engine leave its line unused.
 [[maybe_unused]] constexpr Library bullet{"Bullet", "substep_bullet.so", "libbullet3.24"};
@@ -93,7 +92,7 @@ struct Library {
 /// Returns the module's make_engine_stepper(); the module stays loaded. Throws Error where the engine is not
 /// installed.
 MakeEngineStepper* find(const Library& library) {
-  // The engines' own symbols stay apart from each other and from ours.
+  // Load with RTLD_LOCAL, so that the engines' symbols do not meet each other's or ours.
   void* const module = dlopen(library.module, RTLD_NOW | RTLD_LOCAL);
   void* const found = module == nullptr ? nullptr : dlsym(module, "make_engine_stepper");
   if (found == nullptr) {
@@ -133,7 +132,7 @@ bool is_in_path(const char* program) {
   return false;
 }
 
-/// Returns an engine on npm, whose adapter "NAME.mjs" runs under Node.
+/// Returns an engine from npm, which runs under Node through the adapter "NAME.mjs".
 Engine node_engine(const char* name, const char* label, const char* settings, const char* package,
                    bool has_iterations) {
   const MakeStepper make = [=](const Scene& scene, const Settings& given) {
@@ -203,7 +202,7 @@ const Engine* find_engine(std::string_view name) {
 }
 
 bool is_engine_name(std::string_view name) {
-  // Name those that a build may lack
+  // List those that a build may lack.
   constexpr std::array<std::string_view, 6> optional{"bullet-si",     "bullet-dantzig", "ode-step",
                                                      "ode-quickstep", "mujoco-euler",   "mujoco-rk4"};
   return find_engine(name) != nullptr || std::ranges::find(optional, name) != optional.end();

@@ -1,7 +1,7 @@
 #pragma once
-/// The runs of sweeps beside the five algorithms: physics engines and our accurate mode. No engine is linked
-/// into the program. The build decides which native ones there are, and each is loaded when it is needed;
-/// those on npm are commands: another program reads the scene as JSON and writes a pose table.
+/// Simulators of sweeps beside the five algorithms: physics engines and our accurate mode. No engine is
+/// linked into the program: native ones, which the build selects, are loaded when a run needs them; those
+/// from npm are commands, programs that read the scene as JSON and write a pose table.
 
 #include <filesystem>
 #include <string>
@@ -16,9 +16,9 @@
 namespace substep {
 
 struct Engine {
-  std::string name;      ///< as sweep files say: "bullet-si"; letters, digits and -
-  std::string label;     ///< as figures say: "Bullet 3.24 SI"
-  std::string settings;  ///< what else was set, for captions
+  std::string name;      ///< in sweep files: "bullet-si"; letters, digits and -
+  std::string label;     ///< in figures: "Bullet 3.24 SI"
+  std::string settings;  ///< other settings, for captions
   bool is_ours;          ///< the accurate mode: reference_integrator.cpp
   /// Makes a stepper of a scene, with the step and, where the engine has iterations, `iterations` of the
   /// settings. Throws Error where the engine is not installed, with what to install, or where it cannot
@@ -27,7 +27,7 @@ struct Engine {
   bool has_iterations = false;  ///< true where it reads Settings::iterations
   /// True where the engine runs in another program, so that its times cannot be compared.
   bool is_command = false;
-  bool iterations_are_substeps = false;
+  bool iterations_are_substeps = false;  ///< true where each iteration is a sub-step
 };
 
 /// Returns the accurate mode, then the built engines, then those on npm.
@@ -36,7 +36,7 @@ const std::vector<Engine>& engines();
 /// Returns the engine of a name, or null.
 const Engine* find_engine(std::string_view name);
 
-/// Returns whether engines() of some build has the name.
+/// Returns true where engines() of some build has the name.
 bool is_engine_name(std::string_view name);
 
 /// Returns the names of engines(), for messages: "order-4, order-8, …".
@@ -49,8 +49,8 @@ using Command = std::vector<std::string>;
 /// Returns the command with each word that names a file in `folder` replaced by that file's path.
 Command with_files_in(Command command, const std::filesystem::path& folder);
 
-/// Returns the engine of a command; its label is the stem of the first file in it, which may be missing, else
-/// of the program.
+/// Returns the engine of a command. Its label is the stem of the command's first file, which may be missing;
+/// without a file that of the program.
 Engine command_engine(const Command& command);
 
 /// Runs the command on a scene for its duration and returns the states at each step. Throws Error where
