@@ -151,7 +151,9 @@ double PenetrationMeter::depth(const State& state) {
 std::vector<double> PenetrationMeter::depths(const State& state) {
   std::vector<double> deepest(state.q.size(), 0);
   if (!model_.contacts) return deepest;
-  for (const Contact& contact : finder_.find(state, 0, 1)) {
+  bodies_.q = state.q;
+  bodies_.v = state.v;
+  for (const Contact& contact : finder_.find(bodies_, 0, 1)) {
     const Coordinates& a = state.q[contact.a];
     const Coordinates& b = state.q[contact.b];
     const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);

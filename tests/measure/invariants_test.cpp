@@ -129,6 +129,18 @@ TEST(Penetration, EqualsDepthOfOverlap) {
   EXPECT_NEAR(meter.depth(state), 0.0625, 1e-12);
 }
 
+TEST(Penetration, IsThatOfPosesWherePatchesAreKept) {
+  const Scene scene = scene_named("box_stack");
+  Simulation simulation(scene, usual_settings(scene, Algorithm::a5));
+  for (int k = 0; k < 60; ++k) simulation.step();
+  ASSERT_FALSE(simulation.state().patches.empty());
+  State poses = initial_state(scene);
+  poses.q = simulation.state().q;
+  PenetrationMeter meter(scene);
+  EXPECT_EQ(meter.depth(simulation.state()), meter.depth(poses));
+  EXPECT_GT(meter.depth(poses), 1e-4);  // measured 6.2e-4
+}
+
 /// Returns two boxes of 1 m and 2 kg, 4 m apart.
 Scene two_boxes() {
   Scene scene = test::weightless_scene();
