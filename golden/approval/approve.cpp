@@ -155,7 +155,7 @@ std::vector<NewGolden> all_new_goldens(const Json& results, const ApproveOptions
 Approval approve(const ApproveOptions& options) {
   if (!options.all_failed && options.cases.empty())
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
-  if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
+  if (options.reason.find_first_not_of(". \t\n") == std::string::npos)
     throw Error("approve needs a reason: --reason \"why the goldens change\"");
   const Json results = read_results(options.output);
   Approval approval;

@@ -31,12 +31,13 @@ struct CheckPlan {
 /// ends. No two checks write at once.
 class CheckOutput {
  public:
-  /// Makes the folder and removes stale results. Throws Error when another check writes there.
+  /// Makes the folder. Throws Error when another check writes there.
   explicit CheckOutput(std::filesystem::path folder);
   ~CheckOutput();
   CheckOutput(const CheckOutput&) = delete;
   CheckOutput& operator=(const CheckOutput&) = delete;
 
+  /// Replaces the results of an earlier check.
   void start(const CheckPlan& plan);
   void set_made_with(const Json& made_with) { results_["made_with"] = made_with; }
   void add_case(const Json& entry);

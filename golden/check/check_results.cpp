@@ -166,9 +166,6 @@ CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
     ::close(lock_);
     throw Error("{}: another check is writing there: give this one an --output of its own", folder_.string());
   }
-  for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_)}) {
-    fs::remove(file, failure);
-  }
 }
 
 CheckOutput::~CheckOutput() {
@@ -176,6 +173,8 @@ CheckOutput::~CheckOutput() {
 }
 
 void CheckOutput::start(const CheckPlan& plan) {
+  std::error_code ignored;
+  fs::remove(report_file(folder_), ignored);
   results_ = {{"format", results_format},
               {"suite", plan.suite.file.string()},
               {"suite_hash", content_hash(read_bytes(plan.suite.file))},

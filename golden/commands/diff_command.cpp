@@ -6,8 +6,8 @@
 #include <string>
 
 #include "golden/commands/commands.h"
+#include "sim/commands/options.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/log/pose_table.h"
 
 namespace substep::golden {
@@ -19,10 +19,15 @@ struct DiffOptions {
   fs::path expected;
   fs::path actual;
   std::optional<fs::path> scene;
+  SceneOptions mesh;
 };
 
 /// Prints the differences. Returns true if there are any.
 bool differ(const PoseLog& expected, const PoseLog& actual) {
+  if (expected.settings.step != actual.settings.step) {
+    throw Error("the runs' steps are {:g} s and {:g} s: compare their tables ('run --csv')",
+                expected.settings.step, actual.settings.step);
+  }
   const PoseDifference difference = compare(expected, actual);
   if (!difference.headers.empty()) fmt::print("{}\n", difference.headers);
   if (difference.first_frame < 0) {
@@ -62,13 +67,16 @@ bool logs_differ(const DiffOptions& options) {
     }
     return differ(read_pose_log(options.expected), read_pose_log(options.actual));
   }
-  const Scene scene = load_scene(*options.scene);
+  const Scene scene = options.mesh.load(*options.scene);
   // A table has the times of the log that it is compared with.
   const auto step_of = [&](const fs::path& other) {
     return is_pose_table(other) ? scene.step : read_pose_log(other).settings.step;
   };
-  return differ(read_run(options.expected, scene, step_of(options.actual)),
-                read_run(options.actual, scene, step_of(options.expected)));
+  const PoseLog expected = read_run(options.expected, scene, step_of(options.actual));
+  PoseLog actual = read_run(options.actual, scene, step_of(options.expected));
+  // The author of a table is the file's name.
+  if (is_pose_table(options.expected) && is_pose_table(options.actual)) actual.author = expected.author;
+  return differ(expected, actual);
 }
 
 }  // namespace
@@ -79,6 +87,7 @@ void add_diff_command(CLI::App& app) {
   command->add_option("expected", options->expected, "A pose log or table")->required();
   command->add_option("actual", options->actual, "Another pose log or table")->required();
   command->add_option("--scene", options->scene, "The scene of a pose table");
+  options->mesh.add_mesh_options_to(*command);
   command->footer(
       "Ends with code 0 where nothing differs and 1 where something does.\n"
       "Example:\n  substep diff golden/poses/rod_chain/a3.poses rod_chain.a3.poses.txt");

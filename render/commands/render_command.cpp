@@ -54,14 +54,15 @@ RunEnd last_of(const RenderOptions& options) {
 
 /// Returns the frame nearest to a time among those with poses.
 int frame_at(const PoseLog& log, double time) {
-  const double spacing = log.settings.step * log.full_every;
-  const double frame = std::round(time / spacing) * log.full_every;
-  if (!(frame < static_cast<double>(log.frames.size()))) {
-    throw Error("--time {:g}: the last frame is at {:g} s{}", time,
-                static_cast<double>(log.frames.size() - 1) * log.settings.step,
+  const double moment = time / log.settings.step;
+  const auto last = static_cast<double>(log.frames.size() - 1);
+  if (!(moment < last + 0.5)) {
+    throw Error("--time {:g}: the last frame is at {:g} s{}", time, last * log.settings.step,
                 log.end == "ok" ? "" : ", the run " + log.end);
   }
-  return static_cast<int>(frame);
+  // Take the last frame, which always has poses, where it is nearer.
+  const double frame = std::round(moment / log.full_every) * log.full_every;
+  return static_cast<int>(std::abs(frame - moment) < std::abs(last - moment) ? frame : last);
 }
 
 /// Returns the frame's number. Throws Error where the log does not have it, or not its poses.
@@ -120,7 +121,7 @@ void require_output(const RenderOptions& options, const fs::path& output, std::s
   if (output.extension() != ".png") {
     std::error_code ignored;
     if (fs::is_directory(output, ignored)) return;
-    throw Error("{}: there is no such folder", output.string());
+    throw Error("{}: there is no such folder, and a picture's name ends in .png", output.string());
   }
   if (pictures != 1) throw Error("{}: {} frames need a folder", output.string(), pictures);
   require_folder_of(output);

@@ -247,7 +247,9 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
     table.rows.push_back(
         {worst.scene, fmt::format("{}", fmt::join(algorithms, ", ")), x.name,
          fmt::format("{}{} {}", sign, short_number(x.expected), x.unit),
-         std::isfinite(x.measured) ? fmt::format("{} {}", short_number(x.measured), x.unit) : "never",
+         std::isfinite(x.measured) ? fmt::format("{} {}", short_number(x.measured), x.unit)
+         : x.unit == "s"           ? "never"
+                                   : "diverged",
          std::isfinite(worst.severity()) ? fmt::format("{:.2g} times", worst.severity()) : "all", worst.label,
          fmt::format("{} of {}", bad, runs)});
   }

@@ -199,10 +199,10 @@ std::vector<std::string> names_of(const std::vector<fs::path>& scenes) {
   return names;
 }
 
-/// Draws the scene at its poster's time, by default 0.6 of the film, with the poses of the reference or else
+/// Draws the scene at its poster's time, by default half the film, with the poses of the reference or else
 /// of the last run that gets there.
 Image poster_of(const Scene& scene, const Comparison& comparison) {
-  const double time = scene.poster.value_or(0.6 * comparison.times.back());
+  const double time = scene.poster.value_or(comparison.times.back() / 2);
   const auto nearest =
       std::ranges::min_element(comparison.times, {}, [&](double t) { return std::abs(t - time); });
   const auto k = static_cast<std::size_t>(nearest - comparison.times.begin());

@@ -144,6 +144,7 @@ PanelFile read_panels(const fs::path& file, const PanelDefaults& defaults) {
       }
     }
     try {
+      if (typed.show.empty() && typed.command.empty()) throw Error("give 'show' or 'command'");
       result.panels.push_back(panel_of(typed, defaults));
     } catch (const Error& error) {
       toml.fail(node, error.what());

@@ -269,7 +269,7 @@ std::string StripAxis::label(double value) const {
   if (is_logarithmic) return length_label(value);
   if (unit == "J") return energy_label(value);
   const double size = std::abs(value);
-  if (!(size < 1e6)) return fmt::format("{}10⁶ {}", value > 0 ? "> " : "< −", unit);
+  if (!(size < 1e6)) return fmt::format("{}10⁶ {}", value < 0 ? "< −" : "> ", unit);
   const std::string digits = size < 999.5 ? fmt::format("{:.3g}", size) : fmt::format("{:.0f}", size);
   return fmt::format("{}{} {}", value < 0 ? "−" : "", digits, unit);
 }

@@ -267,7 +267,7 @@ std::string error_label(double metres, double certain) {
 
 std::string energy_label(double joules) {
   constexpr std::array<Unit, 5> units{{{1e6, "MJ"}, {1e3, "kJ"}, {1, "J"}, {1e-3, "mJ"}, {1e-6, "µJ"}}};
-  if (!(std::abs(joules) < 1e9)) return joules > 0 ? "> 1000 MJ" : "< −1000 MJ";
+  if (!(std::abs(joules) < 1e9)) return joules < 0 ? "< −1000 MJ" : "> 1000 MJ";
   const std::string text = in_units(std::abs(joules), units);
   return text.empty() ? "0 J" : fmt::format("{}{}", joules < 0 ? "−" : "+", text);
 }
@@ -280,13 +280,15 @@ TextTable table_of(const Comparison& comparison, bool with_times) {
   if (has_ends) table.head.emplace_back();
   for (const Run& run : comparison.runs) {
     if (run.is_reference()) continue;
-    const bool has_errors = !run.errors.empty();
     std::string title = fmt::format("{}  {}", name_of(run.panel), settings_of(run.panel));
     if (!run.panel.title.empty()) title += "  " + run.panel.title;
     std::vector<std::string>& cells = table.rows.emplace_back();
-    cells = {title, has_errors ? length_label(run.rms_error) : "–",
-             has_errors ? length_label(run.errors.back()) : "–",
-             run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "–"};
+    cells = {title, "–", "–", run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "–"};
+    if (!run.errors.empty()) {
+      const std::vector<double>& uncertainty = comparison.reference->uncertainty;
+      cells[1] = error_label(run.rms_error, std::ranges::max(uncertainty));
+      cells[2] = error_label(run.errors.back(), uncertainty[run.errors.size() - 1]);
+    }
     if (with_times) {
       cells.push_back(run.simulated > 0 ? fmt::format("~{:.2g}", 1000 * run.cpu_time / run.simulated) : "–");
     }

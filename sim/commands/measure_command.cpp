@@ -176,7 +176,10 @@ void check_options(const MeasureOptions& options, const Scene& scene) {
   if (options.reference) return;
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   options.output.require_folder();
-  if (options.output.file) options.scene.require_separate({{"--output", *options.output.file}});
+  if (!options.output.file) return;
+  const std::vector<GivenFile> outputs{{"--output", *options.output.file}};
+  options.scene.require_separate(outputs);
+  if (options.run) require_separate_files(std::vector<GivenFile>{{"the run", *options.run}}, outputs);
 }
 
 void measure_scene(const MeasureOptions& options) {

@@ -197,6 +197,7 @@ void SceneOptions::add_mesh_options_to(CLI::App& command) {
           ->expected(3),
       command.add_option("--copies", mesh_.copies, "How many of it fall (1)")};
   for (CLI::Option* const option : options_of_mesh_) option->group("For a mesh");
+  command.get_option("--mass")->excludes("--density");
 }
 
 void SceneOptions::require_separate(const std::vector<GivenFile>& outputs) const {

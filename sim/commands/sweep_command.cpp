@@ -38,7 +38,6 @@ void submit(const SweepCommand& command, int tasks) {
   if (failure) throw Error("{}: cannot be made: {}", results.string(), failure.message());
   const std::string program = fs::read_symlink("/proc/self/exe", failure).string();
   const std::vector<std::string> words{"sbatch",
-                                       "--parsable",
                                        "--job-name=substep-sweep",
                                        fmt::format("--array=1-{}", tasks),
                                        "--cpus-per-task=1",

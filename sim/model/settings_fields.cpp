@@ -84,6 +84,8 @@ std::vector<std::pair<const SettingsField*, std::string>> ordered(
     }
     const SettingsField* const contacts = contacts_field_of(**found);
     const std::size_t slash = contacts ? value.find('/') : std::string::npos;
+    if (contacts && slash != value.rfind('/'))
+      throw Error("'{}={}': give a number, or two as in 0.6/0.9", key, value);
     ((*found)->overrides.empty() ? of_all : of_contacts).emplace_back(*found, value.substr(0, slash));
     if (slash != std::string::npos) of_contacts.emplace_back(contacts, value.substr(slash + 1));
   }
@@ -199,10 +201,10 @@ void set_typed(Settings& settings, const TypedSettings& typed,
 
 std::string settings_help() {
   std::string text =
-      R"(Settings of solving. --algorithm, --step and --substeps are options of their own; all can be given in
---set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels of films and
-players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a slash; in other
-numbers a slash is a fraction: step=1/60.
+      R"(Settings of solving. --algorithm, --step and --substeps are options of their own; all but the algorithm
+can be given in --set KEY=VALUE,KEY=VALUE as labels print them: --set n=4,joints=stable,tau=0.6/0.9. Panels
+of films and players take the same keys: --panel a5,n=4. τ and κ take a second value, of contacts, after a
+slash; in other numbers a slash is a fraction: step=1/60.
 
 )";
   for (const SettingsField& field : settings_fields) {

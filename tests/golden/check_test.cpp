@@ -234,13 +234,16 @@ TEST_F(CheckTest, ReportsRemedyForDamagedGoldens) {
   }
 }
 
-TEST_F(CheckTest, RemovesStaleResultsOfUnreadableSuite) {
+TEST_F(CheckTest, KeepsResultsUntilSuiteAndNamesAreRead) {
   suite_.make_goldens();
   suite_.run();
+  const std::string results = suite_.result_text("results.json");
+  suite_.options.cases = {"typo"};
+  EXPECT_THROW(suite_.run(), Error);
   write_text(suite_.options.suite, "[[case]]\nscene = 7\n");
   EXPECT_THROW(suite_.run(), Error);
-  EXPECT_FALSE(fs::exists(suite_.options.output / "results.json"));
-  EXPECT_FALSE(fs::exists(suite_.options.output / "report.html"));
+  EXPECT_EQ(suite_.result_text("results.json"), results);
+  EXPECT_TRUE(fs::exists(suite_.options.output / "report.html"));
   EXPECT_THAT(suite_.result_text("junit.xml"), HasSubstr("tests=\"1\" failures=\"0\" errors=\"1\""));
 }
 

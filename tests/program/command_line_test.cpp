@@ -79,6 +79,8 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"run c.gltf --substeps many", "--substeps"},
     {"run c.gltf --substeps 99999999999999", "--substeps"},
     {"run c.gltf --set tau=nan", "tau"},
+    {"run c.gltf --set tau=0.6/0.9/0.3", "--set 'tau=0.6/0.9/0.3': give a number, or two as in 0.6/0.9"},
+    {"run c.gltf --mass 2 --density 3", "--density excludes --mass"},
     {"run c.gltf --set kappa=0", "kappa 0"},
     {"run c.gltf --set tau", "--set 'tau': give KEY=VALUE"},
     {"run c.gltf --set mass=3", "--set 'mass': give some of step, substeps"},
@@ -94,7 +96,8 @@ const std::vector<std::pair<const char*, const char*>> refusals{
     {"render c.gltf --size 0x100", "--size '0x100'"},
     {"render c.gltf --duration 0.1 --frame first", "--frame 'first'"},
     {"render c.gltf --duration 0.1 --frame 7", "--frame 7: the last is 6"},
-    {"render c.gltf --duration 0.1 --output missing", "no such folder"},
+    {"render c.gltf --duration 0.1 --output a.jpg",
+     "there is no such folder, and a picture's name ends in .png"},
     {"video c.gltf --size 33x33", "size 33x33"},
     {"render c.gltf --size 32768x32768", "ask for at most 268435456 pixels"},
     {"video c.gltf --output film.avi", "film.avi: a film's name ends in .mp4"},
@@ -145,6 +148,8 @@ const std::vector<std::pair<const char*, const char*>> refusals{
 TEST_F(CommandLine, RefusesBadOptions) {
   copy_scene("rod_chain.gltf", "c.gltf");
   for (const auto& [words, part] : refusals) refuses(words, part);
+  write("panels.toml", "[[panel]]\nalgorithm = \"a5\"\n");
+  refuses("player c.gltf --panels panels.toml", "give 'show' or 'command'");
 }
 
 TEST_F(CommandLine, HelpTakesCommands) {

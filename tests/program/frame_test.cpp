@@ -141,6 +141,20 @@ TEST(Labels, HaveThreeDigitsAndAUnit) {
   EXPECT_EQ(energy_label(-0.0123), "−12.3 mJ");
   EXPECT_EQ(energy_label(1234), "+1.23 kJ");
   EXPECT_EQ(energy_label(0), "0 J");
+  // Energies of diverged runs are no losses.
+  EXPECT_EQ(energy_label(NAN), "> 1000 MJ");
+  EXPECT_EQ((StripAxis{.is_logarithmic = false, .unit = "m"}.label(NAN)), "> 10⁶ m");
+}
+
+TEST(ErrorTable, BoundsErrorsBelowUncertainty) {
+  Comparison comparison;
+  comparison.reference.emplace().uncertainty = {0, 0.002};
+  render::Run& run = comparison.runs.emplace_back();
+  run.errors = {0, 0.001};
+  run.rms_error = 0.0007;
+  const std::vector<std::string> row = table_of(comparison, false).rows.at(0);
+  EXPECT_EQ(row[1], "≤ 2.00 mm");
+  EXPECT_EQ(row[2], "≤ 2.00 mm");
 }
 
 TEST(StripAxis, HoldsErrorsInAtMostFiveDecades) {

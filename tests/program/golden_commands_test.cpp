@@ -47,6 +47,7 @@ TEST_F(GoldenCommands, RefuseMissingSuiteOrCase) {
     // CI reads it: there was no check.
     EXPECT_THAT(content("out/check/junit.xml"), HasSubstr("errors=\"1\""));
   }
+  refuses("approve pendulum.a3 --reason ... --suite suite.toml", "approve needs a reason");
   refuses("approve pendulum.a3 --reason none --suite suite.toml", "out/check");
 }
 

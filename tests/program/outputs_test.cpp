@@ -51,6 +51,8 @@ TEST_F(Outputs, AreNeitherInputsNorEachOther) {
   refuses("run pendulum.gltf --output x --csv ./x", "--output and --csv are one file");
   refuses("video pendulum.gltf --output x.mp4 --poster x.mp4", "--output and --poster are one file");
   EXPECT_EQ(content("pendulum.gltf"), before);
+  printed("run pendulum.gltf --csv run.csv");
+  refuses("measure pendulum.gltf --run run.csv --output ./run.csv", "is the run and would be overwritten");
   // Nothing is lost in a device.
   printed("run pendulum.gltf --output /dev/null --csv /dev/null");
 }

@@ -62,6 +62,11 @@ TEST_F(Pictures, ShowALogAsItsScene) {
 TEST_F(Pictures, ShowTheFrameNearestToATime) {
   EXPECT_EQ(picture("$S/pendulum.gltf --time 0.201 --size 160x90").rgb,
             picture("$S/pendulum.gltf --frame 12 --size 160x90").rgb);
+  // The last frame, 30, has poses.
+  printed("run $S/pendulum.gltf --duration 0.25 --step 1/120 --every 8 --output a.poses.txt");
+  const std::string log = "a.poses.txt --scene $S/pendulum.gltf --size 160x90 ";
+  EXPECT_EQ(picture(log + "--time 0.24").rgb, picture(log + "--frame 30").rgb);
+  EXPECT_EQ(picture(log + "--time 0.22").rgb, picture(log + "--frame 24").rgb);
 }
 
 TEST_F(Pictures, ShowEarlierMomentsLighterInAStrobe) {

@@ -72,6 +72,9 @@ TEST_F(RunCommand, DiffNamesFrameAndSetting) {
   printed("run $S/rod_chain.gltf --duration 0.5 --output a");
   printed("run $S/rod_chain.gltf --duration 0.5 --output b --set tau=0.5");
   expect("diff a b", 1, {"tau: 0.6 → 0.5\n", "first different state: frame ", "most in body "});
+  // Frames of different steps are at different times.
+  printed("run $S/rod_chain.gltf --duration 0.5 --output c --step 1/120");
+  refuses("diff a c", "the runs' steps are 0.0166667 s and 0.00833333 s: compare their tables");
 }
 
 TEST_F(RunCommand, BoundsAllScenesButOneInA5) {
