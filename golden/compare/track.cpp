@@ -190,7 +190,9 @@ Invariants Tracker::invariants(const State& state) {
   }
   if (!model_.contacts) return result;
   std::set<std::pair<int, int>> pairs;
-  for (const Contact& contact : finder_.find(state, settings_.step, 1)) {
+  State without_patches = state;  // kept ones stand for contacts that are not found anew
+  without_patches.patches.clear();
+  for (const Contact& contact : finder_.find(without_patches, settings_.step, 1)) {
     const Coordinates& a = state.q[static_cast<std::size_t>(contact.a)];
     const Coordinates& b = state.q[static_cast<std::size_t>(contact.b)];
     const Vector3 offset = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;
