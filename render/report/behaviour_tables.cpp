@@ -128,24 +128,6 @@ TextTable orders_table(const std::vector<SweepRecord>& records) {
   return table;
 }
 
-std::string order_ranges(const TextTable& table) {
-  std::vector<std::string> ranges;
-  for (std::size_t column = 1; column < table.head.size(); ++column) {
-    double least = INFINITY;
-    double most = -INFINITY;
-    for (const auto& row : table.rows) {
-      if (row[column].empty()) continue;
-      least = std::min(least, std::stod(row[column]));
-      most = std::max(most, std::stod(row[column]));
-    }
-    if (least > most) continue;
-    std::string range = fmt::format("{} {:.2f}", table.head[column], least);
-    if (least < most) range += fmt::format(" to {:.2f}", most);
-    ranges.push_back(std::move(range));
-  }
-  return fmt::format("{}", fmt::join(ranges, ", "));
-}
-
 TextTable energy_table(const std::vector<SweepRecord>& records) {
   TextTable table{{"scene", "over, s"}, {}};
   for (const std::string& scene : scenes_of(records)) {

@@ -30,7 +30,6 @@ std::vector<ReportFigure> all_figures() {
       {"engine-steps-contacts", "beside other engines by step: contacts", true, true,
        work(WorkFigure::engine_steps, true)},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order_sheet},
-      {"slopes", "local order: the slope from each run to the next", true, true, slopes_sheet},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows_sheet},
       {"map-steps", "map of n and h: error, bounded", true, true, step_map_sheet},
       {"map-factors", "map of τ and κ: error, bounded", true, true, factor_map_sheet},

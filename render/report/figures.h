@@ -60,7 +60,6 @@ Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts);
 /// Draws one scene's errors against the cost of its runs, and marks the chosen ones.
 Sheet choice_sheet(const std::vector<SweepRecord>& own);
 Sheet order_sheet(const FigureSource& source);
-Sheet slopes_sheet(const FigureSource& source);
 Sheet equal_rows_sheet(const FigureSource& source);
 
 Sheet step_map_sheet(const FigureSource& source);

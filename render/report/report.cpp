@@ -75,7 +75,6 @@ class Report {
   Report(const FigureSource& source, Pictures pictures)
       : source_(source), records_(source.records), pictures_(std::move(pictures)) {
     for (const std::string& scene : scenes_of(records_)) conditions_.insert(scene);
-    if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!equal_rows_.table.rows.empty()) conditions_.insert("equal rows");
     if (has_times(records_)) conditions_.insert("times");
   }
@@ -145,8 +144,7 @@ class Report {
     return fmt::format(
         fmt::runtime(paragraph),
         fmt::arg("runs", counted(std::ranges::count(records_, "", &SweepRecord::omitted), "run")),
-        fmt::arg("scenes", counted(scenes_of(records_).size(), "scene")),
-        fmt::arg("orders", order_ranges(orders_)), fmt::arg("won", won.size()),
+        fmt::arg("scenes", counted(scenes_of(records_).size(), "scene")), fmt::arg("won", won.size()),
         fmt::arg("compared", won.size() + lost.size()),
         fmt::arg("won_scenes", won.empty() ? "" : fmt::format(": {}", fmt::join(won, ", "))),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
@@ -219,7 +217,6 @@ class Report {
   const FigureSource& source_;
   const std::vector<SweepRecord>& records_;
   const Pictures pictures_;
-  const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
   std::set<std::string> conditions_;  ///< true ones: names of scenes, and those the constructor adds
   Document page_;
@@ -232,7 +229,7 @@ class Report {
       {"worst figures", [this] { worst_values(); }},
       {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
-      {"orders", [this] { table(orders_); }},
+      {"orders", [this] { table(orders_table(records_)); }},
       {"equal rows", [this] { table(equal_rows_.table); }},
       {"limits", [this] { table(limits_table(records_, false)); }},
       {"limits with contacts", [this] { table(limits_table(records_, true)); }},

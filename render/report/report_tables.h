@@ -62,8 +62,6 @@ TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts);
 
 /// Returns the orders, a row for each scene without contacts, a column for each family of runs.
 TextTable orders_table(const std::vector<SweepRecord>& records);
-/// Returns "A1 0.98 to 1.22, …": the range of a family's orders over the scenes.
-std::string order_ranges(const TextTable& table);
 
 /// Returns, for scenes without contacts at equal row solves, the change of energy to the end and its largest
 /// rise, over the energy that the scene can lose.

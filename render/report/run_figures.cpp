@@ -11,25 +11,40 @@
 #include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/measure/ablation.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/stepper.h"
 #include "sim/measure/substep_map.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
+#include "sim/simulation.h"
 
 namespace substep::report {
 namespace {
 
 constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
-/// Returns a line of an algorithm's quantity over the scene's time.
-Series history_of(const Scene& scene, Algorithm algorithm, double HistoryPoint::*value) {
+/// A quantity that drifts.
+enum class Drift { joint_gap, energy, penetration };
+
+/// Returns a line of an algorithm's drift over the scene's time, until the run diverges.
+Series history_of(const Scene& scene, Algorithm algorithm, Drift drift) {
   Series series{std::string(title_of(algorithm)), style_of(algorithm)};
   series.style.points = false;
   series.style.dashed = algorithm == Algorithm::a5;  // A4 shows under A5 where their runs are equal
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
-  for (const HistoryPoint& point : history(scene, settings))
-    series.points.push_back({point.time, point.*value});
+  Simulation simulation(scene, settings);
+  PenetrationMeter overlaps(scene);
+  const JointGapMeter joints(scene);
+  const double start = energy(scene, simulation.state());
+  const auto steps = static_cast<int>(std::lround(scene.duration / settings.step));
+  for (int k = 1; k <= steps; ++k) {
+    if (simulation.step().status == StepReport::Status::diverged) break;
+    const State& state = simulation.state();
+    series.points.push_back({k * settings.step, drift == Drift::joint_gap ? joints.gap(state)
+                                                : drift == Drift::energy  ? energy(scene, state) - start
+                                                                          : overlaps.depth(state)});
+  }
   return series;
 }
 
@@ -51,13 +66,13 @@ Sheet drift_sheet(const FigureSource& source) {
     const char* about;
     const char* axis;
     bool logarithmic;
-    double HistoryPoint::*value;
+    Drift drift;
   };
   for (const History& shown :
-       {History{"rod_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
-        History{"rod_chain", "energy", "E − E(0), J", false, &HistoryPoint::energy_change},
-        History{"heavy_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
-        History{"top_heavy_stack", "contacts", "deepest overlap, m", true, &HistoryPoint::penetration}}) {
+       {History{"rod_chain", "joints", "largest gap, m", true, Drift::joint_gap},
+        History{"rod_chain", "energy", "E − E(0), J", false, Drift::energy},
+        History{"heavy_chain", "joints", "largest gap, m", true, Drift::joint_gap},
+        History{"top_heavy_stack", "contacts", "deepest overlap, m", true, Drift::penetration}}) {
     const Scene scene = source.scene(shown.scene);
     Panel& panel = sheet.panels.emplace_back();
     panel.title = fmt::format("{}: {}", shown.scene, shown.about);
@@ -65,7 +80,7 @@ Sheet drift_sheet(const FigureSource& source) {
     panel.y = {shown.axis, shown.logarithmic};
     if (shown.logarithmic) panel.y.range = std::array{1e-6, 10.0};
     for (const Algorithm algorithm : algorithms)
-      panel.series.push_back(history_of(scene, algorithm, shown.value));
+      panel.series.push_back(history_of(scene, algorithm, shown.drift));
   }
   return sheet;
 }

@@ -340,37 +340,6 @@ Sheet order_sheet(const FigureSource& source) {
   return sheet;
 }
 
-Sheet slopes_sheet(const FigureSource& source) {
-  constexpr std::array range{-1.0, 3.0};
-  Sheet sheet{
-      .title = "Local order: where each algorithm leaves first order",
-      .caption = {
-          "The slope of 'error against the (sub-)step' from each run to the next, at the geometric mean of "
-          "their (sub-)steps. Slopes below −1 and above 3 are drawn at the border. 1 is first order, 0 no "
-          "gain."}};
-  Captioner captioner;
-  for (const std::string& scene : plotted_scenes(source, false)) {
-    Panel panel{.title = scene, .x = {"h / n, s", true}, .y = {"powers of two per halving", false, range}};
-    for (const RunFamily& family : chosen_families(of_scene(source.records, scene), is_ours, sheet)) {
-      Series series{family.title, family_style(family, false)};
-      for (const auto& [middle, slope] : local_orders(family.runs))
-        series.points.push_back({middle, std::clamp(slope, range[0], range[1])});
-      if (series.points.empty()) {
-        sheet.left_out.push_back(
-            {scene, family.title,
-             "no two runs with h/n halved that are bounded and well above the reference's uncertainty"});
-      } else {
-        panel.series.push_back(std::move(series));
-        captioner.add(family);
-      }
-    }
-    if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
-  }
-  separate_styles(sheet);
-  captioner.finish(sheet);
-  return sheet;
-}
-
 Sheet equal_rows_sheet(const FigureSource& source) {
   Sheet sheet{.title = "At equal row solves: n sub-steps, or n iterations",
               .caption = {"The scene's step, single rows, τ = κ = 1: both solve each row n times a step, A2 "

@@ -79,7 +79,7 @@ const Scene& Measurement::scene(const std::string& name) {
   return scenes_[name] = is_tumbling ? tumbling(scene("rod_chain")) : load_scene(folder_ / (name + ".gltf"));
 }
 
-const Reference& Measurement::reference(const std::string& name) {
+const State& Measurement::reference(const std::string& name) {
   const auto found = references_.find(name);
   if (found != references_.end()) return found->second;
   // Smaller steps reduce no error of bodies that stand still.

@@ -68,7 +68,7 @@ class Measurement {
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Returns the reference of a scene. It is computed once, since A1 at small steps takes most of the time.
-  const Reference& reference(const std::string& name);
+  const State& reference(const std::string& name);
 
   /// Runs a scene to the horizon as the report does: A1 and A2 do not divide steps, even with taut joints.
   MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
@@ -78,7 +78,7 @@ class Measurement {
  private:
   std::filesystem::path folder_;
   std::map<std::string, Scene> scenes_;
-  std::map<std::string, Reference> references_;
+  std::map<std::string, State> references_;
 };
 
 /// Returns the largest distance of a body's centre between A3 with these settings and small-step

@@ -23,16 +23,11 @@ double position_difference(const State& a, const State& b);
 /// Returns the same at the ends of two runs; infinite where one of them diverged.
 double position_difference(const MeasuredRun& a, const MeasuredRun& b);
 
-/// The motion without time-step error: A1 at two small steps, extrapolated to step zero (Richardson).
-struct Reference {
-  State state;             ///< at the end; its centres of mass alone are extrapolated
-  double uncertainty = 0;  ///< largest move of a centre when the steps are halved once more, m
-};
-
-/// Computes the reference from A1 at 2, 1 and 1/2 times the scene's step over `divisions`.
-Reference reference_run(const Scene& scene, double duration, int divisions);
+/// Returns the end of the motion without time-step error: A1 at the scene's step over `divisions` and at half
+/// of that, extrapolated to step zero (Richardson). Only centres of mass are extrapolated.
+State reference_run(const Scene& scene, double duration, int divisions);
 
 /// Returns the largest distance of a body's centre from the reference, m; infinite where the run diverged.
-double error_of(const MeasuredRun& run, const Reference& reference);
+double error_of(const MeasuredRun& run, const State& reference);
 
 }  // namespace substep

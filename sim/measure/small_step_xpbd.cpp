@@ -4,7 +4,6 @@
 ///
 /// For chains on ball joints in the plane z = 0, to compare A3 with. It shares no code with the solver.
 
-#include <algorithm>
 #include <cmath>
 
 #include "sim/error.h"

@@ -9,7 +9,6 @@
 #include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/loading/file_bytes.h"
-#include "sim/measure/invariants.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -137,38 +136,6 @@ std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& 
   return points;
 }
 
-std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings) {
-  std::vector<AvbdPoint> points;
-  for (int decade = -3; decade <= 6; ++decade) {
-    Scene scene = stack;
-    scene.bodies.resize(4);  // the world's, and three boxes
-    std::erase_if(scene.colliders, [](const Collider& collider) { return collider.body >= 4; });
-    const double mass = std::pow(10, decade);
-    for (Body& body : scene.bodies) {
-      if (body.inverse_mass == 0) continue;
-      body.inverse_inertia /= mass * body.inverse_mass;
-      body.inverse_mass = 1 / mass;
-    }
-    for (int exponent = 0; exponent <= 10; ++exponent) {
-      Settings one = settings;
-      one.beta = std::pow(10, exponent);
-      Simulation simulation(scene, one);
-      AvbdPoint point{mass, one.beta, 0, false};
-      for (int step = 0; step < std::lround(5 / one.step) && !point.falls; ++step) {
-        point.falls = simulation.step().status == StepReport::Status::diverged;
-        for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-          const Coordinates& q = simulation.state().q[i];
-          point.moved = std::max(point.moved, (q.linear - scene.bodies[i].pose.position).norm());
-          point.falls = point.falls || q.angular.angularDistance(scene.bodies[i].pose.orientation) > 0.5;
-        }
-        point.falls = point.falls || point.moved > 1;
-      }
-      points.push_back(point);
-    }
-  }
-  return points;
-}
-
 std::vector<StiffnessPoint> stiffness_map(const Settings& settings) {
   std::vector<StiffnessPoint> points;
   for (const int rate : {30, 60, 120, 240, 480}) {
@@ -210,22 +177,6 @@ Scene lengthened_chain(const Scene& scene, int links) {
     chain.joints.push_back(joint);
   }
   return chain;
-}
-
-std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) {
-  Simulation simulation(scene, settings);
-  PenetrationMeter meter(scene);
-  const JointGapMeter joints(scene);
-  const double start = energy(scene, simulation.state());
-  std::vector<HistoryPoint> points;
-  const auto steps = static_cast<int>(std::lround(scene.duration / settings.step));
-  for (int k = 1; k <= steps; ++k) {
-    if (simulation.step().status == StepReport::Status::diverged) break;
-    const State& state = simulation.state();
-    points.push_back(
-        {k * settings.step, joints.gap(state), meter.depth(state), energy(scene, state) - start});
-  }
-  return points;
 }
 
 FrozenProblem load_frozen_problem(const std::filesystem::path& file) {

@@ -1,7 +1,6 @@
 #pragma once
 /// Measures the ranges in which algorithms work: τ against κ, mass ratio against sub-steps, step against a
-/// spring's stiffness, AVBD's β against masses; and the convergence of row-by-row sweeps, the limits of
-/// stability and the history of a run.
+/// spring's stiffness; and the convergence of row-by-row sweeps and the limits of stability.
 
 #include <array>
 #include <filesystem>
@@ -70,16 +69,6 @@ struct NeededSubsteps {
 std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& settings, double horizon,
                                             int most);
 
-struct AvbdPoint {
-  double mass;   ///< of a box, kg
-  double beta;   ///< N/m²
-  double moved;  ///< largest displacement of a box in 5 s, m
-  bool falls;    ///< a box turned by more than half a radian or moved by more than its size, or it diverged
-};
-
-/// Runs the lowest three boxes of a stack in AVBD, with masses of 10⁻³ to 10⁶ kg and β of 1 to 10¹⁰.
-std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings);
-
 struct StiffnessPoint {
   double step;       ///< s
   double stiffness;  ///< N/m, of a spring without damping under 1 kg
@@ -92,16 +81,6 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 /// Returns the scene with more copies of its last body, each jointed to the one before like the last. Throws
 /// Error where the last joint is not between the last two bodies.
 Scene lengthened_chain(const Scene& scene, int links);
-
-/// Violations and energy of a run at one time.
-struct HistoryPoint {
-  double time;           ///< s
-  double joint_gap;      ///< m
-  double penetration;    ///< m
-  double energy_change;  ///< J
-};
-/// Returns joint gap, penetration and energy at the end of each step, until the run diverges.
-std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
 
 /// Reads a problem's file. Throws Error that names the file, the position and the fault.
 FrozenProblem load_frozen_problem(const std::filesystem::path& file);

@@ -210,26 +210,6 @@ std::string advice(const std::vector<SweepRecord>& records) {
   return text;
 }
 
-std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family) {
-  std::vector<std::pair<double, double>> points;  // step, error
-  for (const SweepRecord& record : family) {
-    const double error = error_of(record);
-    const bool has_diverged = !std::isfinite(error) || error > 1;
-    if (!has_diverged && error > smallest_plotted_error && exceeds_uncertainty(record))
-      points.emplace_back(sub_step_of(record.settings), error);
-  }
-  std::ranges::sort(points);
-  std::vector<std::pair<double, double>> orders;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const auto& [fine, fine_error] = points[i - 1];
-    const auto& [coarse, coarse_error] = points[i];
-    if (std::abs(coarse / fine - 2) < 1e-6)
-      orders.emplace_back(std::sqrt(fine * coarse), std::log2(coarse_error / fine_error));
-  }
-  std::ranges::reverse(orders);
-  return orders;
-}
-
 std::optional<double> measured_order(const std::vector<SweepRecord>& family) {
   std::vector<std::array<double, 2>> points;
   for (const SweepRecord& record : family) {

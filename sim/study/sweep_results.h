@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim/study/sweep.h"
@@ -109,9 +108,5 @@ std::string advice(const std::vector<SweepRecord>& records);
 /// Returns the order of the error in h/n: the least-squares slope of a family's finest four bounded runs with
 /// errors above rounding and exceeds_uncertainty(). Nothing with fewer than three, or where h/n is the same.
 std::optional<double> measured_order(const std::vector<SweepRecord>& family);
-
-/// Returns the order from each run to the next with half its h/n: the geometric mean of the two (s) and the
-/// slope. Diverged runs and errors near the reference's uncertainty have none.
-std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family);
 
 }  // namespace substep

@@ -101,7 +101,7 @@ BenchmarkScene pile_of(int boxes) {
 }
 
 State target_of(const BenchmarkScene& scene) {
-  if (scene.judge == BenchmarkScene::Judge::trajectory) return reference_run(scene.scene, 1, 128).state;
+  if (scene.judge == BenchmarkScene::Judge::trajectory) return reference_run(scene.scene, 1, 128);
   return initial_state(scene.scene);
 }
 

@@ -13,6 +13,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/stepper.h"
+#include "sim/measure/validity_maps.h"
 #include "sim/study/engines/engine_scene.h"
 
 namespace substep {
@@ -20,25 +21,14 @@ namespace {
 
 /// A uniform rod of 1 m, 1 kg, on a hinge at its end, level and at rest.
 Scene pendulum() {
-  Scene scene;
-  scene.name = "pendulum";
+  Scene scene = weight_on_a_joint(0, {true, true, true});
+  scene.gravity = Scene().gravity;
   scene.duration = 1;
-  scene.bodies.resize(2);
-  Body& rod = scene.bodies[1];
-  rod.name = "rod";
-  rod.inverse_mass = 1;
-  rod.inverse_inertia = {5000, 12, 12};
-  rod.pose.position = {0.5, 0, 0};
-  Joint hinge;
-  hinge.name = "hinge";
-  hinge.body_a = 1;
-  hinge.frame_a.position = {-0.5, 0, 0};
-  hinge.limits.resize(2);
-  hinge.limits[0].axes = {true, true, true};
-  hinge.limits[1].angular = true;
-  hinge.limits[1].axes = {true, true, false};
-  for (JointLimit& limit : hinge.limits) limit.min = limit.max = 0;
-  scene.joints.push_back(hinge);
+  scene.bodies[1].inverse_inertia = {5000, 12, 12};
+  scene.bodies[1].pose.position = {0.5, 0, 0};
+  scene.joints[0].frame_b.position = {-0.5, 0, 0};
+  scene.joints[0].limits.push_back(
+      {.angular = true, .axes = {true, true, false}, .min = 0, .max = 0, .stiffness = {}});
   return scene;
 }
 
