@@ -223,6 +223,12 @@ void formulate_lock(Problem& problem, const Block& x, const BlockCoordinates& at
         const Vector3 axis_a = f.axes_a.col(lock.axis);
         const Vector3 across_b = f.axes_b.col(across);
         m = about(axis_a.dot(across_b), axis_a.cross(across_b));
+        // Above 90° this C leads to 180°, so take a turn of 1 rad from axis_b to axis_a.
+        const Vector3 axis_b = f.axes_b.col(lock.axis);
+        if (axis_a.dot(axis_b) < 0) {
+          const Vector3 normal = axis_b.cross(across_b);
+          m = about(shortest_rotation(axis_b, axis_a).vec().normalized().dot(normal), normal);
+        }
         break;
       }
       case Lock::Kind::orientation: {

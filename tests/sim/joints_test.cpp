@@ -84,6 +84,23 @@ TEST(Joints, FixedJointHoldsLever) {
   });
 }
 
+TEST(Joints, HingeLeadsBackFromOppositeAxes) {
+  // Measured within 2e-15.
+  for (const double degrees : {91., 110., 135., 160., 179., 180.}) {
+    for (const double azimuth : {0.3, 1.9, 4.4}) {
+      Scene scene = jointed_body({locked_point, test::locked(true, {true, true, false})});
+      scene.gravity.setZero();
+      const Vector3 normal(std::cos(azimuth), std::sin(azimuth), 0);
+      Quaternion& frame = scene.joints[0].frame_b.orientation;
+      frame = rotation_quaternion(degrees / 180 * test::pi * normal);
+      in_each_algorithm(1.0 / 60, [&](const Settings& settings) {
+        const Vector3 axis = test::run(scene, settings, 2).q[1].angular * (frame * Vector3::UnitZ());
+        EXPECT_NEAR(axis.z(), 1, 1e-9) << degrees << "°, azimuth " << azimuth;
+      });
+    }
+  }
+}
+
 TEST(Joints, RopeIsSlackThenTaut) {
   Scene scene = jointed_body({test::range(false, {true, true, true}, 0, 1)});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
