@@ -7,6 +7,7 @@
 
 #include "sim/loading/collider_shapes.h"
 #include "sim/loading/scene_draft.h"
+#include "sim/math/rotation.h"
 #include "sim/model/model.h"
 
 namespace substep {
@@ -130,6 +131,34 @@ std::vector<int> static_colliders_of(const SceneDraft& draft, int node) {
   return result;
 }
 
+/// Warns of a joint that starts open where hard limits lock it: by more than a hundredth of its smaller
+/// body's radius of gyration about it, or 1°.
+void warn_of_open(const Joint& joint, const std::vector<Body>& bodies, const JsonValue& place) {
+  const Body& a = bodies[joint.body_a];
+  const Body& b = bodies[joint.body_b];
+  const Pose apart = (a.pose * joint.frame_a).inverse() * (b.pose * joint.frame_b);
+  Vector3 gap = Vector3::Zero();
+  Vector3 turn = Vector3::Zero();  // vector part of the quaternion
+  for (const JointLimit& limit : joint.limits) {
+    if (limit.min != 0 || limit.max != 0 || limit.stiffness) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!limit.axes[axis]) continue;
+      (limit.angular ? turn : gap)[axis] =
+          limit.angular ? apart.orientation.vec()[axis] : apart.position[axis];
+    }
+  }
+  double lever = infinity;
+  for (const auto& [body, frame] : {std::pair(&a, &joint.frame_a), std::pair(&b, &joint.frame_b)}) {
+    if (body->inverse_mass == 0) continue;
+    const double squared = body->inverse_mass / body->inverse_inertia.minCoeff();
+    lever = std::min(lever, std::sqrt(squared + frame->position.squaredNorm()));
+  }
+  if (gap.norm() > lever / 100) place.warn("'{}' starts {:.3g} m open", joint.name, gap.norm());
+  const double cosine = std::sqrt(std::max(1 - turn.squaredNorm(), 0.0));
+  const double degrees = 360 / std::numbers::pi * angle_of(turn.norm(), cosine);
+  if (degrees > 1) place.warn("'{}' starts {:.3g}° open", joint.name, degrees);
+}
+
 void add_joint(SceneDraft& draft, int node) {
   const JsonValue place = draft.extension(node, "joint");
   place.warn_of_unknown({"connectedNode", "joint", "enableCollision"});
@@ -168,6 +197,7 @@ void add_joint(SceneDraft& draft, int node) {
   }
   if (joint.body_a == world_body) joint.silent_colliders = static_colliders_of(draft, node);
   if (joint.body_b == world_body) joint.silent_colliders = static_colliders_of(draft, connected);
+  warn_of_open(joint, draft.scene.bodies, place);
   draft.scene.joints.push_back(std::move(joint));
 }
 

@@ -487,6 +487,17 @@ TEST(LoadScene, ReadsShapesOfGltf21) {
             std::vector<std::string>{"/shapes: are ignored: the file has those of KHR_implicit_shapes too"});
 }
 
+TEST(LoadScene, WarnsOfJointsThatStartOpen) {
+  EXPECT_EQ(warnings(edited("/nodes/3/translation = [0.3, 2.9, 0]")),
+            pointer("/nodes/2/$/joint") + ": 'hook' starts 0.5 m open\n");
+  // Bent by 120° about an axis across the free one, beside a turn of 40° about that.
+  const char* const hinge = R"(/$/physicsJoints/0/limits/- = {"angularAxes": [0, 1], "min": 0, "max": 0}; )";
+  EXPECT_EQ(warnings(edited(std::string(hinge) +
+                            "/nodes/2/rotation = [0.8137977, -0.2961981, 0.1710101, 0.4698463]")),
+            pointer("/nodes/2/$/joint") + ": 'hook' starts 120° open\n");
+  EXPECT_EQ(warnings(edited(std::string(hinge) + "/nodes/2/rotation = [0, 0, 1, 0]")), "");
+}
+
 TEST(LoadScene, WarnsOfUnknownKeysInExtensions) {
   for (const char* place :
        {"/nodes/1/$", "/nodes/1/$/motion", "/nodes/1/$/collider", "/nodes/1/$/collider/geometry",
