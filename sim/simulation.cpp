@@ -47,15 +47,12 @@ struct Simulation::Implementation {
   /// Reserves memory, so that steps after the first allocate none.
   void reserve() {
     const std::size_t contacts = model.contacts ? 16 * scene.colliders.size() : 0;  // as ContactFinder does
-    state.contacts.reserve(contacts);
-    remembered.reserve(contacts);
-    remembered_patches.reserve(contacts);
-    state.patches.reserve(contacts);
-    earlier_impulses.reserve(6 * contacts);
-    if (is_descendant || is_warm) {
-      for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
-        forces->reserve(2 * problem.c.rows.size());
+    for (State* kept : {&state, &before, &next}) {
+      kept->contacts.reserve(contacts);
+      kept->patches.reserve(contacts);
+      if (is_descendant || is_warm) kept->joint_forces.reserve(2 * problem.c.rows.size());
     }
+    earlier_impulses.reserve(6 * contacts);
     problem.kept_patches = &finder.kept_patches();
     for (VelocityVector* v : {&work.sum, &work.sum_v, &problem.substeps.offset, &problem.substeps.change})
       v->resize(state.v.size());
@@ -76,11 +73,12 @@ struct Simulation::Implementation {
 
   /// Takes the step in its equal parts.
   void step() {
-    before_q = state.q;
-    before_v = state.v;
+    before.q = state.q;
+    before.v = state.v;
+    is_continued = false;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
-    report.residual = 0;
+    report.residual = report.contradicting = 0;
     earlier_impulses.clear();
     // Take more parts in A1 after a step in which joints pulled harder, as those of whirling bodies do. A2
     // keeps the start's number, so that each step has as many rows. Each part removes only its fraction of a
@@ -90,11 +88,12 @@ struct Simulation::Implementation {
     most_equal_parts = std::max(most_equal_parts, parts);
     equal_part = settings.step / parts;
     for (int i = 0; i < parts; ++i) {
-      if (i > 0) append_contact_impulses(earlier_impulses);
+      if (i > 0) start_next_part();
       take_equal_part();
       if (report.status == StepReport::Status::diverged) {
-        state.q = before_q;
-        state.v = before_v;
+        state.q = before.q;
+        state.v = before.v;
+        if (is_continued) swap_caches(state, before);
         return;
       }
     }
@@ -106,12 +105,24 @@ struct Simulation::Implementation {
     ++steps;
   }
 
+  static void swap_caches(State& a, State& b) {
+    a.contacts.swap(b.contacts);
+    a.patches.swap(b.patches);
+    a.joint_forces.swap(b.joint_forces);
+  }
+
+  /// Keeps the impulses of the step's last part and, after the first one, the caches from before it.
+  void start_next_part() {
+    append_contact_impulses(earlier_impulses);
+    if (!std::exchange(is_continued, true)) swap_caches(before, next);
+  }
+
   /// Takes an equal part of the step. Where an impact deflects a body into another one, the part stops at
   /// that impact and continues from there.
   void take_equal_part() {
     tried_parts = 0;
     for (double rest = equal_part; rest > 0;) {
-      if (rest < equal_part) append_contact_impulses(earlier_impulses);
+      if (rest < equal_part) start_next_part();
       const double part = take_part(rest);
       if (report.status == StepReport::Status::diverged) return;
       rest -= part;
@@ -140,9 +151,7 @@ struct Simulation::Implementation {
         const double first = finder.first_impact();
         if (missed) sooner = std::max(first < part ? first : *missed, shortest);
         if (!missed || !(sooner < part)) {
-          state.contacts.swap(remembered);
-          state.patches.swap(remembered_patches);
-          state.joint_forces.swap(remembered_joints);
+          swap_caches(state, next);
           if (report.status == StepReport::Status::unsolved && earlier.status != report.status)
             first_unsolved = work.mlcp;
           return part;
@@ -202,13 +211,13 @@ struct Simulation::Implementation {
       return;
     }
     if (is_descendant) {
-      remembered_joints = work.carried.joints;
-      substep::remember(*problem.contacts, work.carried.contacts, remembered);
+      next.joint_forces = work.carried.joints;
+      substep::remember(*problem.contacts, work.carried.contacts, next.contacts);
     } else if (is_warm) {
       remember_joints();
     }
     if (model.contacts && !is_descendant) {
-      problem.c.contacts.remember(*problem.contacts, state.q, !is_direct, remembered, remembered_patches);
+      problem.c.contacts.remember(*problem.contacts, state.q, !is_direct, next.contacts, next.patches);
     }
   }
 
@@ -253,9 +262,9 @@ struct Simulation::Implementation {
 
   /// Stores joints' impulses of the last sub-step as forces.
   void remember_joints() {
-    remembered_joints.clear();
+    next.joint_forces.clear();
     for (const Row& row : problem.c.rows)
-      remembered_joints.push_back(problem.warm_start.joint_scale / problem.substeps.duration * row.impulse);
+      next.joint_forces.push_back(problem.warm_start.joint_scale / problem.substeps.duration * row.impulse);
   }
 
   /// Appends the impulses of contacts in the last part of a step.
@@ -297,7 +306,7 @@ struct Simulation::Implementation {
     if (is_warm || follows_tension) keep_impulses(work.lambda, problem.c);
     report.active_sets = work.report.active_sets;
     report.residual = std::max(report.residual, work.report.residual);
-    report.contradicting = work.report.contradicting;
+    report.contradicting = std::max(report.contradicting, work.report.contradicting);
     // MlcpReport's statuses are the first three of StepReport.
     report.status = std::max(report.status, static_cast<StepReport::Status>(work.report.status));
   }
@@ -308,13 +317,11 @@ struct Simulation::Implementation {
   Model model;
   ContactFinder finder;
   State state;
-  std::vector<Coordinates> before_q;  ///< at the step's start
-  std::vector<Velocity> before_v;
+  State before;                      ///< the step's start, with caches where `is_continued`
+  bool is_continued = false;         ///< the step has a second part
   std::vector<Coordinates> start_q;  ///< at the current part's start
   std::vector<Velocity> start_v;
-  std::vector<ContactMemory> remembered;  ///< contact cache at the current part's end
-  std::vector<PatchShape> remembered_patches;
-  std::vector<double> remembered_joints;
+  State next;  ///< caches alone, of the current part's end
   Settings part_settings;
   bool is_warm = false;  ///< the last step's impulses are kept for the next
   /// Largest h ω of a swing, ω in rad/s; explicit steps diverge above 2.

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <variant>
 
+#include "sim/algorithms.h"
 #include "sim/measure/expectations.h"
 #include "sim/measure/invariants.h"
 #include "tests/scene_files.h"
@@ -342,6 +343,36 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
       // Resting, a log's middle is 0.2 m above the ground and a rock's at least 0.25 m.
       EXPECT_GT(x.y() - height_of(mesh, x.x(), x.z()), 0.1) << name(algorithm) << " " << scene.bodies[i].name;
     }
+  }
+}
+
+// Impacts divide some of the cradle's steps.
+
+TEST(DividedStep, RestoresStateWhereALaterPartDiverges) {
+  State before;
+  const auto diverge_in_later_part = [&](CoordinateVector& q, VelocityVector& v, const Settings& settings,
+                                         Problem& problem, Work& work) {
+    const bool is_later = q[1].linear != before.q[1].linear;
+    proc4(q, v, settings, problem, work);
+    if (is_later) v[1].linear.x() = infinity;
+  };
+  Simulation simulation(scene_named("cradle"), default_settings(Algorithm::a4), diverge_in_later_part);
+  do {
+    before = simulation.state();
+  } while (simulation.step().status != StepReport::Status::diverged && simulation.steps() < 60);
+  ASSERT_LT(simulation.steps(), 60);
+  EXPECT_GT(before.contacts.size(), 0U);
+  EXPECT_EQ(hash(simulation.state()), hash(before));
+}
+
+TEST(DividedStep, CountsContradictingRowsOfAllParts) {
+  Scene scene = scene_named("cradle");
+  scene.joints.push_back(scene.joints[0]);
+  scene.joints.back().frame_a.position.x() += 1e-10;
+  Simulation simulation(scene, default_settings(Algorithm::a1));
+  for (int i = 0; i < 60; ++i) {
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.status == StepReport::Status::least_squares, report.contradicting > 0) << i;
   }
 }
 
