@@ -80,9 +80,8 @@ struct Simulation::Implementation {
     report.status = StepReport::Status::ok;
     report.residual = report.contradicting = 0;
     earlier_impulses.clear();
-    // Take more parts in A1 after a step in which joints pulled harder, as those of whirling bodies do. A2
-    // keeps the start's number, so that each step has as many rows. Each part removes only its fraction of a
-    // joint's gap: removed faster, the gap would pull harder yet.
+    // Take more parts in A1 after a step in which joints pulled harder. A2 keeps the start's number, so that
+    // each step has as many rows. A part removes its fraction of a gap: removed faster, it pulls harder yet.
     const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
     const int parts = std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
     most_equal_parts = std::max(most_equal_parts, parts);

@@ -26,7 +26,7 @@ struct StepReport {
     ok,
     least_squares,  ///< A1: redundant rows contradict one another by `residual`; all else is solved
     unsolved,       ///< A1 found no solution to its tolerance, and used the best one: see `residual`
-    diverged,       ///< the step gave a state that is not finite; bodies are left as before the step
+    diverged,       ///< the step gave numbers that are not finite; the state is left as before it
   };
   Status status = Status::ok;
   int contacts = 0;             ///< contact points found by s1
