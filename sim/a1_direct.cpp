@@ -23,6 +23,7 @@ void proc1(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   work.report = work.solver.solve(work.mlcp, work.lambda);  // proc1:3
   // J([v + ext] + M⁻¹Jᵀλ) = β(h) : lo, hi  // proc1:4
   add_impulses(model, work.solver.impulses(), v);  // proc1:5
+  renew_free_rotation(problem, h, v);
   to_world(problem.rotations, v);
   work.row_solves += work.report.row_solves;
 

@@ -43,6 +43,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
     }
     work.row_solves += c.row_count();
   }
+  renew_free_rotation(problem, h, v);
   to_world(problem.rotations, v);
   // v' = v̂, in place  // proc2:10
 

@@ -51,6 +51,7 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_hat);
       work.row_solves += c.row_count();
     }
+    renew_free_rotation(problem, hs, v_hat);
     add(v_hat, work.sum);  // proc3:13
     // Sub-step 𝒞 to (t + j·hs)
     step_coordinates(hs, v_local, substeps.stepped);  // proc3:15

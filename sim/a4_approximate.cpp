@@ -40,6 +40,7 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_hat);
       work.row_solves += c.row_count();
     }
+    renew_free_rotation(problem, hs, v_hat);
     add(v_hat, work.sum);  // proc4:13
     // Sub-step 𝒞 to (t + j·hs)
     add(v_hat, substeps.offset);      // proc4:15

@@ -48,6 +48,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     }
     // Sub-step 𝒞 to (t + j·hs)
     subtract(sum_v, mv);  // proc5:15
+    renew_free_rotation(problem, hs, v_local);
     add(v_local, sum);
     add_scaled(tau / kappa, v_local, sum_v);              // proc5:16
     undo_update_rule(problem, settings, v_local, sum_v);  // β of rows whose factor is not τ/κ

@@ -10,6 +10,12 @@
 
 namespace substep {
 
+/// Angular velocities of a body that turns freely in a (sub-)step, in its frame, rad/s.
+struct FreeRotation {
+  Vector3 start;
+  Vector3 mean;
+};
+
 /// The coordinates that a sub-step starts from: exactly stepped ones (A3), or those of the frame's start and
 /// the sum of velocities since then (A4, A5).
 struct Substeps {
@@ -18,10 +24,9 @@ struct Substeps {
   double part = 1;                  ///< fraction of the step that the sub-steps divide
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is from the next frame too
   std::vector<Coordinates> stepped;
-  std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
-  std::vector<Velocity> change;  ///< A5: change of sv in the sub-step
-  /// Changes of angular velocity by the gyroscopic term, one for each of Model::gyroscopic, rad/s.
-  std::vector<Vector3> gyroscopic_change;
+  std::vector<Velocity> offset;              ///< Σ v̆ since `stepped`; zero in A3
+  std::vector<Velocity> change;              ///< A5: change of sv in the sub-step
+  std::vector<FreeRotation> free_rotations;  ///< one for each of Model::gyroscopic
 };
 
 /// The warm start of (sub-)steps of A2 to A5; the report has none.
@@ -85,6 +90,10 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
 /// one. With that term v̆ is the mean over `duration` of a free body, so that the coordinates stepped with it
 /// are exact.
 void add_external(Problem& problem, double duration, std::vector<Velocity>& v_local);
+
+/// Forms the means of add_external() anew from the velocities after the impulses, so that a body that an
+/// impact sets spinning turns as a free body does.
+void renew_free_rotation(Problem& problem, double duration, std::vector<Velocity>& v_local);
 
 /// Replaces the mean velocities of add_external() by those at the end of the (sub-)step: carries angular
 /// momenta, without the gyroscopic term, through the rotation by `duration` v̆. A free body keeps energy and

@@ -384,7 +384,7 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) add(Block::Kind::drive, 1, 0, model.drives[i].at, i);
   c.rows.resize(rows_in_all);
   interleave(model, c);
-  problem.substeps.gyroscopic_change.resize(model.gyroscopic.size());
+  problem.substeps.free_rotations.resize(model.gyroscopic.size());
   build_contacts(problem);
 }
 

@@ -52,11 +52,16 @@ void engage_spring(const Problem& problem, Block& x, Row& row, double followed) 
   row.beta = followed + x.positional_bias_fraction * passed;
 }
 
+/// Returns the angular velocity at the start of a (sub-)step whose impulses change the mean to `mean`.
+Vector3 start_of(const FreeRotation& free, const Vector3& mean) {
+  return mean - (free.mean - free.start);
+}
+
 /// Returns the angular velocity, in its frame, of the k-th gyroscopic body at the end of a (sub-)step with
 /// the mean angular velocity `mean`.
 Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
   const Vector3& inertia = problem.model->inertia[problem.model->gyroscopic[k]];
-  const Vector3 momentum = inertia.cwiseProduct(mean - problem.substeps.gyroscopic_change[k]);
+  const Vector3 momentum = inertia.cwiseProduct(start_of(problem.substeps.free_rotations[k], mean));
   return velocity_after_turn(momentum, inertia, duration * mean);
 }
 
@@ -113,9 +118,24 @@ void add_external(Problem& problem, double duration, std::vector<Velocity>& v_lo
       v += implicit_gyroscopic_change(v, model.inertia[i], duration);
       continue;
     }
-    const Vector3 mean = mean_of_free_rotation(v, model.inertia[i], duration);
-    problem.substeps.gyroscopic_change[k] = mean - v;
-    v = mean;
+    problem.substeps.free_rotations[k] = {v, mean_of_free_rotation(v, model.inertia[i], duration)};
+    v = problem.substeps.free_rotations[k].mean;
+  }
+}
+
+void renew_free_rotation(Problem& problem, double duration, std::vector<Velocity>& v_local) {
+  constexpr double negligible = 1e-6;  // rad
+  const Model& model = *problem.model;
+  for (std::size_t k = 0; k < model.gyroscopic.size(); ++k) {
+    const int i = model.gyroscopic[k];
+    if (model.has_joints[i]) continue;
+    FreeRotation& free = problem.substeps.free_rotations[k];
+    Vector3& v = v_local[i].angular;
+    const Vector3 start = start_of(free, v);
+    // Leave means of which the turn errs by less than `negligible`.
+    if (duration * duration * (v - free.mean).norm() * start.norm() < negligible) continue;
+    v = mean_of_free_rotation(start, model.inertia[i], duration);
+    free = {start, v};
   }
 }
 

@@ -200,8 +200,10 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, of_joints, hs, v_local), v_local);
     for (SoftPoint& x : points) apply(model, x, 0, solve_normal(x, hs, x.softness, v_local), v_local);
     // Integrate the coordinates.
+    renew_free_rotation(problem, hs, v_local);
     step_coordinates(hs, v_local, problem.substeps.stepped);
     formulate(problem, problem.substeps.stepped, hs);
+    carry_momenta(problem, hs, v_local);
     // Relax: remove the velocity that the bias added, and let friction act.
     for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, rigid, hs, v_local), v_local);
     for (SoftPoint& x : points) {
@@ -211,7 +213,6 @@ std::int64_t soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_loc
       for (int k = 0; k < 2; ++k) apply(model, x, 1 + k, friction[k], v_local);
       x.step_impulse += x.impulse;
     }
-    carry_momenta(problem, hs, v_local);
   }
   apply_restitution(model, points, v_local);
   // Store the coordinates and forces. Divide by hs of an undivided step: in a short part of it the force of

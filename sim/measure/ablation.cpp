@@ -38,6 +38,7 @@ class Experiment {
           solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_local);
         work.row_solves += c.row_count();
       }
+      renew_free_rotation(problem, hs, v_local);
       add(v_local, work.sum);
       step_coordinates(hs, v_local, stepped_);
       if (switches_.unstepped) {
