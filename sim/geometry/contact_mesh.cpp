@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_pairs.h"
@@ -11,8 +12,9 @@
 namespace substep {
 namespace {
 
-/// Largest angle between the normals of contacts of one face, rad.
-constexpr double one_direction = 1e-6;
+/// Largest angle between the normals of contacts of one face, rad: vertices in single precision are off by as
+/// much. Points of round shapes shift by that fraction of the size.
+constexpr double one_direction = 1e-5;
 
 /// A contact in the plane of its group.
 struct Point {
@@ -144,8 +146,10 @@ class TriangleSearch {
 void find_hull(double tolerance) {
   std::vector<Point>& points = scratch.group;
   std::vector<Point>& hull = scratch.hull;
-  std::ranges::sort(points, [](const Point& p, const Point& q) {
-    return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.contact < q.contact;
+  // Sort by columns of the tolerance's width: rounding would put a line across x into disorder.
+  const auto column = [&](const Point& p) { return std::round(p.x / tolerance); };
+  std::ranges::sort(points, [&](const Point& p, const Point& q) {
+    return std::tuple(column(p), p.y, p.contact) < std::tuple(column(q), q.y, q.contact);
   });
   const auto distance = [](const Point& a, const Point& b) {
     return std::sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
@@ -234,7 +238,7 @@ void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, 
     }
   }
   const std::size_t first = out.size();
-  add_hulls(1e-6 * size, out);
+  add_hulls(one_direction * size, out);
   for (std::size_t i = first; i < out.size(); ++i) {
     // The contact's normal and distance are exact; on_b follows from on_a.
     out[i].normal = pose_b.orientation * out[i].normal;

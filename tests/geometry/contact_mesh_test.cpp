@@ -101,6 +101,26 @@ TEST(MeshContacts, RollingSphereHasOneContact) {
   }
 }
 
+TEST(MeshContacts, RollingCapsuleKeepsBothEnds) {
+  // The second mesh is off by as much as single precision is at 5 m.
+  for (const double rough : {0.0, 4e-7}) {
+    std::mt19937 random(2);
+    TriangleMesh mesh = test::flat_mesh(16, 0.25, 0);
+    std::vector<Vector3> positions = mesh.vertices;
+    for (Vector3& position : positions) position.y() += rough * test::random_point(random, 1).y();
+    mesh = make_triangle_mesh(positions, mesh.triangles, "rough");
+    double worst = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const Pose turned = {Vector3::Zero(), test::random_orientation(random)};
+      const Pose pose = {{0.00097 * i - 1.5, 0.1499, 0.07}, turn(pi / 2, {1, 0, 0})};
+      const auto points = contacts(Capsule{0.2, 0.15}, turned * pose, mesh, turned, usual_margin);
+      ASSERT_EQ(points.size(), 2U) << i << ' ' << rough;
+      worst = std::max(worst, std::abs((points[0].on_a - points[1].on_a).norm() - 0.4));
+    }
+    EXPECT_LT(worst, 7e-6) << rough;  // measured 6e-16 and 5e-7
+  }
+}
+
 TEST(MeshContacts, SlidingBoxHasFourCorners) {
   const Polytope solid = box({0.6, 0.4, 0.5});
   for (const double uneven : {0.0, 0.3}) {
