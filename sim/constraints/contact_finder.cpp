@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 
 #include "sim/geometry/round_shapes.h"
 
@@ -47,7 +49,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model, bool reform
   reserve(16 * colliders, pairs_, contacts_, patches_of_, kept_, touching_, neighbours_, groups_);
   reserve(colliders + 1, begins_, patch_begins_, group_of_);
   reserve(4 * colliders, meetings_);
-  reserve(64, points_, overlaps_);
+  reserve(64, points_, ahead_, held_, overlaps_);
   const std::size_t bodies = model.masses.size();
   motions_.resize(bodies);
   rotations_.resize(bodies);
@@ -264,31 +266,83 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   if (gap <= touching * size ||
       (gap <= std::max(touched_before * size, falls_of_touched * fall_) && touched)) {
     if (gap > 0 && !touched && pass(moving(a, motions_), moving(b, motions_), 0, size)) return;
+    const std::optional<Impact> ahead = take_ahead(a, b, gap, margin);
     add_contacts(a, b, 0);
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
     } else {
       is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     }
-    return;
+    if (!ahead) return;
+    points_.swap(ahead_);
+    return add_meeting(a, b, *ahead);
   }
-  const MovingShape moving_a = moving(a, motions_);
-  const MovingShape moving_b = moving(b, motions_);
-  const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
+  const std::optional<Impact> impact =
+      time_of_impact(moving(a, motions_), moving(b, motions_), duration_, touching * size / 2);
   if (!impact && all_) return add_contacts(a, b, 0);
   if (!impact) {
     const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
     if (material.restitution == 0 && margin <= aside * size) neighbours_.emplace_back(a, b);
     return;
   }
-  const Pose pose_a = moving_a.motion.at(impact->time) * moving_a.placement;
-  const Pose pose_b = moving_b.motion.at(impact->time) * moving_b.placement;
-  points_.clear();
-  find_contacts(shape_a, pose_a, shape_b, pose_b, margin * (1 - impact->time / duration_) + touching * size,
-                points_);
-  if (pass(moving_a, moving_b, impact->time, size)) return;
+  find_met(a, b, impact->time, margin, points_);
+  add_meeting(a, b, *impact);
+}
+
+/// Removes from `points_` those of a mesh b that a touches elsewhere and whose planes would stop a within the
+/// step. Returns the meeting of a with their triangles, if any, and sets `ahead_` to the points and planes of
+/// then: an edge's plane turns until they meet.
+std::optional<Impact> ContactFinder::take_ahead(std::uint32_t a, std::uint32_t b, double gap, double margin) {
+  if (!std::holds_alternative<TriangleMesh>(candidates_[b].collider->shape)) return std::nullopt;
+  const double size = smaller_size(a, b);
+  const MovingShape moving_a = moving(a, motions_);
+  const MovingShape moving_b = moving(b, motions_);
+  const bool bounces =
+      PairMaterial(candidates_[a].collider->material, candidates_[b].collider->material).restitution > 0;
+  const auto stops = [&](const ContactPoint& point) {
+    const Vector3 velocity =
+        moving_a.motion.velocity_at(point.on_a) - moving_b.motion.velocity_at(point.on_b);
+    return point.distance > std::max(gap, touching * size) &&
+           -duration_ * point.normal.dot(velocity) > std::max(hard * size, bounces ? 0 : point.distance);
+  };
+  held_.clear();
+  std::ranges::remove_copy_if(points_, std::back_inserter(held_), stops);
+  const auto is_held = [&](const ContactPoint& point) {
+    return std::ranges::any_of(
+        held_, [&](const ContactPoint& held) { return held.normal.dot(point.normal) > cosine_of_tilt; });
+  };
+  if (std::ranges::all_of(points_, is_held)) return std::nullopt;
+  const std::optional<Impact> impact =
+      time_of_impact(moving_a, moving_b, duration_, touching * size / 2, held_);
+  if (!impact && all_) return std::nullopt;
+  if (impact) {
+    find_met(a, b, impact->time, margin, ahead_);
+    std::erase_if(ahead_, is_held);
+    if (ahead_.empty()) return std::nullopt;
+  }
+  std::erase_if(points_, std::not_fn(is_held));
+  return impact;
+}
+
+/// Finds the points of two colliders that meet after `time`, within what is left of the margin then.
+void ContactFinder::find_met(std::uint32_t a, std::uint32_t b, double time, double margin,
+                             std::vector<ContactPoint>& points) const {
+  const MovingShape moving_a = moving(a, motions_);
+  const MovingShape moving_b = moving(b, motions_);
+  points.clear();
+  find_contacts(*moving_a.shape, moving_a.motion.at(time) * moving_a.placement, *moving_b.shape,
+                moving_b.motion.at(time) * moving_b.placement,
+                margin * (1 - time / duration_) + touching * smaller_size(a, b), points);
+}
+
+/// Adds the contacts of `points_`, with which two colliders meet.
+void ContactFinder::add_meeting(std::uint32_t a, std::uint32_t b, const Impact& impact) {
+  const double size = smaller_size(a, b);
+  const MovingShape moving_a = moving(a, motions_);
+  const MovingShape moving_b = moving(b, motions_);
+  if (pass(moving_a, moving_b, impact.time, size)) return;
   const std::size_t first = contacts_.size();
-  add_contacts(a, b, impact->time);
+  add_contacts(a, b, impact.time);
   if (contacts_.size() == first) return;
   const Vector3 closing = moving_b.motion.displacement(duration_) - moving_a.motion.displacement(duration_);
   const auto any_of_these = [&](auto&& property) {
@@ -297,8 +351,8 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   const bool bounces = any_of_these([](const Contact& contact) { return contact.restitution > 0; });
   const bool is_impact =
       any_of_these([](const Contact& contact) { return contact.restitution != Contact::no_impact; });
-  const bool is_far = impact->normal.dot(closing) > aside * size;
-  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, false, groups_.size() - 1});
+  const bool is_far = impact.normal.dot(closing) > aside * size;
+  meetings_.push_back({a, b, impact.time, is_impact, bounces || is_far, false, groups_.size() - 1});
 }
 
 }  // namespace substep

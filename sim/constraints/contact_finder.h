@@ -140,6 +140,10 @@ class ContactFinder {
   double margin_of(std::uint32_t a, std::uint32_t b) const;
   MovingShape moving(std::uint32_t i, const std::vector<RigidMotion>& motions) const;
   void find_pair(std::uint32_t a, std::uint32_t b);
+  std::optional<Impact> take_ahead(std::uint32_t a, std::uint32_t b, double gap, double margin);
+  void find_met(std::uint32_t a, std::uint32_t b, double time, double margin,
+                std::vector<ContactPoint>& points) const;
+  void add_meeting(std::uint32_t a, std::uint32_t b, const Impact& impact);
   struct Pair;
   Pair pair_of(std::uint32_t a, std::uint32_t b, double time) const;
   void add_contacts(std::uint32_t a, std::uint32_t b, double time);
@@ -204,6 +208,8 @@ class ContactFinder {
   std::vector<int> patches_of_;    ///< indices of State::patches
   std::vector<PatchShape> kept_;
   std::vector<ContactPoint> points_;
+  std::vector<ContactPoint> ahead_;     ///< of a mesh that a body touches, and which it meets later
+  std::vector<ContactPoint> held_;      ///< the others of that mesh
   std::vector<ContactPoint> overlaps_;  ///< of depth_after()
   std::vector<Contact> contacts_;
 };

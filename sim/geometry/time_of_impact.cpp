@@ -158,8 +158,11 @@ std::optional<Impact> advance(const MovingShape& a, const MovingShape& b, double
 
 thread_local std::vector<std::uint32_t> near_triangles;
 
+/// Least cosine of the angle between directions of one surface that is curved or tilted a little.
+constexpr double one_surface = 0.999;
+
 std::optional<Impact> meets_mesh(const MovingShape& a, const TriangleMesh& mesh, const MovingShape& b,
-                                 double duration, double tolerance) {
+                                 double duration, double tolerance, std::span<const ContactPoint> held) {
   // Find the triangles in the box around the path of a, in the frame of the mesh at its start.
   const Pose pose_b = pose_at(b, 0);
   const Bounds box = swept_bounds(a, duration);
@@ -171,16 +174,24 @@ std::optional<Impact> meets_mesh(const MovingShape& a, const TriangleMesh& mesh,
   near_triangles.clear();
   find_triangles(mesh, {middle - reach, middle + reach}, near_triangles);
   const Vector3 start = pose_b.inverse() * ConvexSolid(*a.shape, pose_at(a, 0)).middle();
+  double touching = infinity;
+  for (const ContactPoint& point : held) touching = std::min(touching, point.distance + 2 * tolerance);
   std::optional<Impact> first;
   for (const std::uint32_t t : near_triangles) {
     const Triangle& corners = mesh.triangles[t];
-    if (!mesh.two_sided && mesh.normals[t].dot(start - mesh.vertices[corners[0]]) < 0) continue;
+    const bool is_behind = mesh.normals[t].dot(start - mesh.vertices[corners[0]]) < 0;
+    if (!mesh.two_sided && is_behind) continue;
+    const Vector3 front = pose_b.orientation * ((is_behind ? -1 : 1) * mesh.normals[t]);
+    if (std::ranges::any_of(held,
+                            [&](const ContactPoint& point) { return point.normal.dot(front) > one_surface; }))
+      continue;
     const auto separation_at = [&](double time) {
       return separation(ConvexSolid(*a.shape, pose_at(a, time)),
                         ConvexSolid(mesh.vertices[corners[0]], mesh.vertices[corners[1]],
                                     mesh.vertices[corners[2]], pose_at(b, time)),
                         tolerance / 4);
     };
+    if (!held.empty() && separation_at(0).gap <= touching) continue;
     const double until = first ? first->time : duration;
     if (const auto impact = advance(a, b, until, tolerance, separation_at)) first = impact;
   }
@@ -255,7 +266,7 @@ Pose RigidMotion::at(double time) const {
 }
 
 std::optional<Impact> time_of_impact(const MovingShape& a, const MovingShape& b, double duration,
-                                     double tolerance) {
+                                     double tolerance, std::span<const ContactPoint> held) {
   const auto is_solid = [](const Shape& shape) {
     return !std::holds_alternative<Plane>(shape) && !std::holds_alternative<TriangleMesh>(shape);
   };
@@ -266,7 +277,7 @@ std::optional<Impact> time_of_impact(const MovingShape& a, const MovingShape& b,
     return impact;
   }
   if (const auto* mesh = std::get_if<TriangleMesh>(b.shape))
-    return meets_mesh(a, *mesh, b, duration, tolerance);
+    return meets_mesh(a, *mesh, b, duration, tolerance, held);
   if (std::holds_alternative<Plane>(*b.shape)) {
     return advance(a, b, duration, tolerance,
                    [&](double time) { return above_plane(*a.shape, pose_at(a, time), pose_at(b, time)); });

@@ -3,6 +3,7 @@
 /// (1988), and when two moving shapes first meet, by conservative advancement (Mirtich 1996).
 
 #include <optional>
+#include <span>
 
 #include "sim/geometry/contact.h"
 #include "sim/geometry/round_shapes.h"
@@ -59,6 +60,8 @@ struct RigidMotion {
   }
   /// Returns the body's pose after `time`.
   Pose at(double time) const;
+  /// Returns the velocity at the start of a point of the body.
+  Vector3 velocity_at(const Vector3& point) const { return velocity + spin.cross(point - position); }
 };
 
 /// A shape that is fixed in a moving body.
@@ -77,9 +80,10 @@ struct Impact {
 
 /// Returns the first time in [0, duration] at which a and b are no farther apart than `tolerance` metres;
 /// nothing where they stay apart. Two planes or meshes never meet; a one-sided mesh meets nothing that starts
-/// behind it.
+/// behind it. `held`: contacts with a mesh b, whose triangles of their directions or their least distance are
+/// left out.
 std::optional<Impact> time_of_impact(const MovingShape& a, const MovingShape& b, double duration,
-                                     double tolerance);
+                                     double tolerance, std::span<const ContactPoint> held = {});
 
 /// Returns the box around a shape that moves for `duration`; for a plane the box at its start.
 Bounds swept_bounds(const MovingShape& a, double duration);

@@ -108,12 +108,57 @@ Trial draw_edge_hit(Random& random) {
       scene, is_free ? std::ceil(meeting * 60) / 60 : meeting + 0.2, error_of_changes(scene, expected));
 }
 
+/// Returns a floor and a step of a height at x = 0 as one mesh, 8 m wide and long, in random strips.
+Solid step_mesh(Random& random, double height) {
+  std::vector<Vector3> positions;
+  for (const double z : {-4.0, random.between(-3, -1), random.between(-0.5, 0.5), 4.0}) {
+    for (const auto& [x, y] :
+         {std::pair(-4.0, 0.0), std::pair(0.0, 0.0), std::pair(0.0, height), std::pair(4.0, height)}) {
+      positions.emplace_back(x, y, z);
+    }
+  }
+  std::vector<Triangle> triangles;
+  for (const std::uint32_t row : {0U, 4U, 8U}) {
+    for (std::uint32_t i = row; i < row + 3; ++i) {
+      triangles.push_back({i, i + 4, i + 5});
+      triangles.push_back({i, i + 5, i + 1});
+    }
+  }
+  return {"step", {{make_triangle_mesh(positions, triangles, "step"), {}, {positions, {}, 0}}}};
+}
+
+/// Draws a ball that slides along a mesh's floor and hits the edge of a step, or the wall, of the same mesh.
+Trial draw_step_hit(Random& random) {
+  const double radius = random.spread(0.03, 0.3);
+  const double height = radius * random.one_of({0.3, 0.5, 0.7, 3.0});
+  const double e = random.one_of({0.0, 0.5, 0.95});
+  const double speed = radius * random.spread(5, 60);
+  const double meeting = random.between(0.05, 0.25);
+  const Quaternion turn = random.orientation();
+  const double up = std::max(1 - height / radius, 0.0);
+  const Vector3 normal(-std::sqrt(1 - up * up), up, 0);
+  const Vector3 velocity = speed * Vector3(1, 0, random.between(-0.5, 0.5));
+  const Vector3 place(radius * normal.x(), radius, 0);
+  const Vector3 expected = velocity - (1 + e) * velocity.dot(normal) * normal;
+  Scene scene = weightless_scene();
+  const Substance substance{1, ball_moments(1, radius), e, 0};
+  add_body(scene, ball(radius), {{turn * (place - meeting * velocity), turn}, turn * velocity}, substance);
+  add_static(scene, step_mesh(random, height), {Vector3::Zero(), turn}, substance);
+  return last_of(fmt::format("ball of {:.3f} m on a step of {:.3f} m, {:.2f} m/s, e {}, meeting at {:.4f} s",
+                             radius, height, speed, e, meeting),
+                 scene, meeting + 0.1, error_of_changes(scene, {turn * expected}));
+}
+
 TEST(GrazingHit, TwoBallsExchangeMomentum) {
   run({"two balls at any offset: momentum", 0.02, &draw_two_balls});
 }
 
 TEST(GrazingHit, BallOnEdgeExchangesMomentum) {
   run({"ball on an edge or corner: momentum", 0.02, &draw_edge_hit});
+}
+
+TEST(GrazingHit, SlidingBallOnStepOfItsMeshExchangesMomentum) {
+  run({"ball on a step of the mesh it slides on", 0.02, &draw_step_hit});
 }
 
 // Struck rows and racks
