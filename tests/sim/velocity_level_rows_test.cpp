@@ -159,6 +159,36 @@ TEST(Motor, AcceleratesByForceOverMassAtLimit) {
   }
 }
 
+// A stop yields by up to F hs²/(τ m) to a drive that presses it with F.
+TEST(Motor, RestsAtStop) {
+  constexpr double mass = 3.3;
+  constexpr double force = 95.0;
+  for (const bool angular : {false, true}) {
+    Scene scene = jointed_body(mass);
+    drive_free_axis(scene, {.angular = angular,
+                            .axis = angular ? 2 : 0,
+                            .max_force = force,
+                            .velocity_target = 1.7,
+                            .damping = 1e5});
+    const double inertia = angular ? 0.3 * mass : mass;
+    for (const double bound : {0.271, 0.3137, 0.44}) {
+      scene.joints[0].limits.resize(2);
+      scene.joints[0].limits.push_back(test::range(angular, {!angular, false, angular}, -infinity, bound));
+      with_all_settings([&](const Settings& settings) {
+        const State state = test::run(scene, settings, 2);
+        const Vector3 moved = angular
+                                  ? rotation_vector(tilt.conjugate() * state.q[1].angular)
+                                  : tilt.conjugate() * (state.q[1].linear - scene.bodies[1].pose.position);
+        const Vector3 speed = tilt.conjugate() * (angular ? state.v[1].angular : state.v[1].linear);
+        const double hs = settings.step / settings.substeps;
+        const double passed = force * hs * hs / (settings.tau * inertia);
+        EXPECT_NEAR(moved[angular ? 2 : 0], bound + passed / 2, passed / 2 + 1e-9) << label(settings);
+        EXPECT_NEAR(speed.norm(), 0, 1e-9) << label(settings);  // measured 1e-12
+      });
+    }
+  }
+}
+
 TEST(Motor, BrakesByForceLimitThenHolds) {
   constexpr double inertia = 0.45;
   constexpr double torque = 0.9;
