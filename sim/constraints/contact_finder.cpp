@@ -88,6 +88,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   neighbours_.clear();
   groups_.clear();
   kept_.clear();
+  first_bounce_ = infinity;
   is_at_rest_.assign(state.q.size(), false);
   list_remembered();
   double fastest = 0;
@@ -268,6 +269,7 @@ void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
     if (gap > 0 && !touched && pass(moving(a, motions_), moving(b, motions_), 0, size)) return;
     const std::optional<Impact> ahead = take_ahead(a, b, gap, margin);
     add_contacts(a, b, 0);
+    if (approach_ > 0) first_bounce_ = std::min(first_bounce_, touching * size / approach_);
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
     } else {

@@ -197,10 +197,11 @@ class ContactFinder {
   std::vector<bool> is_pushed_;   ///< by body: it touches another moving one
   std::vector<Meeting> meetings_;
   std::vector<Group> groups_;
-  std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none
-  std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
-  double approach_ = 0;           ///< of the last pair, beyond the resting speed, if it is an impact, m/s
-  bool separates_ = false;        ///< the last pair separates
+  std::vector<int> group_of_;       ///< by collider: the last of its groups; −1: none
+  std::vector<double> earliest_;    ///< by body: of its meetings that turn it aside
+  double approach_ = 0;             ///< of the last pair, beyond the resting speed, if it is an impact, m/s
+  bool separates_ = false;          ///< the last pair separates
+  double first_bounce_ = infinity;  ///< time within which the first touching pair has its impact, s
   double first_impact_ = infinity;
   double first_timed_impact_ = infinity;
   std::vector<int> begins_;        ///< by collider a: of its points in State::contacts

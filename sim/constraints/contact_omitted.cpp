@@ -256,6 +256,8 @@ std::optional<double> ContactFinder::missed(const std::vector<Coordinates>& begi
     const double overlap = (duration - impact->time) * (impact->normal.dot(closing) + turning);
     if (overlap > tolerated_overlap * size) first = impact->time;
   }
+  // An impact of touching shapes throws bodies back, so what they meet then comes after it.
+  if (first && first_bounce_ < duration) first = std::max(*first, first_bounce_);
   return first;
 }
 

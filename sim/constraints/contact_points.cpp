@@ -210,9 +210,10 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
   const bool is_impact = approach > resting_fraction * pair.speed && (restitution > 0 || is_hard);
   contact.restitution = is_impact ? restitution : Contact::no_impact;
   contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing_fraction * pair.size;
-  const double path_over_size = duration_ * approach / pair.size;
-  separates_ = separates_ && path_over_size < -tolerated_overlap;
-  if (is_impact && path_over_size > (restitution > 0 ? tolerated_overlap : aside)) {
+  // Count a bounce's path in the whole step: a short part must not mix a bounce and a contact that opens.
+  const double path = duration_ * approach / (restitution > 0 ? part_ : 1);
+  separates_ = separates_ && path < -tolerated_overlap * pair.size;
+  if (is_impact && path > (restitution > 0 ? tolerated_overlap : aside) * pair.size) {
     approach_ = std::max(approach_, approach - duration_ * contact.resting_acceleration);
   }
 }

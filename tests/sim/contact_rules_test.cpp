@@ -338,6 +338,29 @@ TEST(Restitution, KeepsPressedBallOut) {
   }
 }
 
+TEST(Restitution, RowOfUnequalBallsGainsNoEnergy) {
+  constexpr double radius = 0.1;
+  const Vector3 along = Vector3(2, -1, 3).normalized();
+  const std::vector<std::vector<double>> rows{{1, 0.3, 3}, {4.8, 0.38, 5}, {2, 1, 0.5, 3, 0.3, 1, 1}};
+  for (const std::vector<double>& masses : rows) {
+    for (const double gap : {1e-5, 2.6e-5, 4e-5, 1e-4, 3e-4}) {
+      Scene scene = test::weightless_scene();
+      for (std::size_t i = 0; i < masses.size(); ++i) {
+        const double x = i == 0 ? -0.11 - radius : (2 * radius + gap) * static_cast<double>(i) - radius;
+        test::add_ball(scene, radius, masses[i], x * along, 0, 1);
+      }
+      scene.bodies[1].linear_velocity = 5 * along;
+      for (const Algorithm algorithm : test::all_algorithms) {
+        const State state = test::run(scene, default_settings(algorithm), 0.1);
+        double energy = 0;
+        for (std::size_t i = 0; i < masses.size(); ++i)
+          energy += masses[i] * state.v[i + 1].linear.squaredNorm() / (25 * masses[0]);
+        EXPECT_LT(energy, 1.01) << name(algorithm) << ", gap " << gap;  // measured at most 1.00005
+      }
+    }
+  }
+}
+
 TEST(Restitution, WithoutRestitutionStaysDown) {
   with_all_settings([](const Settings& settings, const Quaternion& tilt) {
     for (const double height : heights_of_bounces(bouncing_ball(0, tilt), settings, 2, tilt)) {
