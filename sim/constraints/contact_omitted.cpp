@@ -54,7 +54,7 @@ void ContactFinder::keep_first_impacts() {
     if (!is_late) continue;
     groups_[meeting.group].dropped = true;
     const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
-    // Keep a pair that touches elsewhere: its group comes before
+    // Keep a pair that touches elsewhere: its group comes before.
     const std::size_t g = meeting.group;
     if (g == 0 || groups_[g].colliders != groups_[g - 1].colliders) std::erase(touching_, pair);
     is_left_out_[body_of(meeting.a)] = is_left_out_[body_of(meeting.b)] = true;

@@ -196,8 +196,10 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
 void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity,
                                double slip_speed, Contact& contact) {
   const double restitution = pair.material.restitution;
-  // Exceed two sub-steps' fall from rest by more than rounding, which would else decide whether it bounces.
-  contact.resting_acceleration = (2 + 1e-9) * pair.acceleration.norm();
+  // Exceed two sub-steps' fall from rest by more than rounding, which would decide whether it bounces.
+  // Without gravity, rounding alone would let pressed bodies bounce.
+  contact.resting_acceleration =
+      (2 + 1e-9) * pair.acceleration.norm() + 1e-9 * pair.size * part_ / (duration_ * substep_);
   contact.acceleration = -point.normal.dot(pair.acceleration);
   // Give no impact to bodies that do not approach at the start of the step, though others may press them
   // together: the law of impact holds for all contacts of a step at once.

@@ -361,6 +361,19 @@ TEST(Restitution, RowOfUnequalBallsGainsNoEnergy) {
   }
 }
 
+TEST(Restitution, OverlappingBallsComeToRest) {
+  const Vector3 along = Vector3(2, -1, 3).normalized();
+  for (const double depth : {1e-4, 1e-3, 1e-2}) {
+    Scene scene = test::weightless_scene();
+    test::add_ball(scene, 0.1, 1, Vector3::Zero(), 0, 0.5);
+    test::add_ball(scene, 0.1, 2, (0.2 - depth) * along, 0, 0.5);
+    for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+      const State state = test::run(scene, default_settings(algorithm), 0.5);
+      EXPECT_LT((state.v[2].linear - state.v[1].linear).norm(), 1e-3) << name(algorithm);  // measured: 4e-17
+    }
+  }
+}
+
 TEST(Restitution, WithoutRestitutionStaysDown) {
   with_all_settings([](const Settings& settings, const Quaternion& tilt) {
     for (const double height : heights_of_bounces(bouncing_ball(0, tilt), settings, 2, tilt)) {
