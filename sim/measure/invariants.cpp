@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "sim/constraints/formulate.h"
@@ -148,18 +149,34 @@ double PenetrationMeter::depth(const State& state) {
   return std::ranges::max(depths(state));
 }
 
+/// Returns the overlap of a kept patch at its deepest corner, m.
+static double depth_of(const PatchShape& patch, const Coordinates& a, const Coordinates& b) {
+  const Matrix3 b_in_a = (a.angular.conjugate() * b.angular).toRotationMatrix();
+  const Vector3 apart = b.angular.conjugate() * (a.linear + a.angular * patch.arm_a - b.linear) - patch.arm_b;
+  const Vector3 turned = patch.axes_in_b.transpose() * b_in_a.transpose() * patch.axes_in_a.col(0);
+  double depth = 0;
+  for (const auto& [x, y] : std::span(patch.corner, patch.corners)) {
+    const double gap = patch.axes_in_b.col(0).dot(apart) + patch.left[0] + (patch.tilt[0] - turned[1]) * x +
+                       (patch.tilt[1] - turned[2]) * y;
+    depth = std::max(depth, -gap);
+  }
+  return depth;
+}
+
 std::vector<double> PenetrationMeter::depths(const State& state) {
   std::vector<double> deepest(state.q.size(), 0);
   if (!model_.contacts) return deepest;
-  bodies_.q = state.q;
-  bodies_.v = state.v;
-  for (const Contact& contact : finder_.find(bodies_, 0, 1)) {
+  const auto add = [&](int a, int b, double depth) {
+    for (const int body : {a, b}) deepest[body] = std::max(deepest[body], depth);
+  };
+  for (const Contact& contact : finder_.find(state, 0, 1)) {
     const Coordinates& a = state.q[contact.a];
     const Coordinates& b = state.q[contact.b];
     const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
-    const double depth = -apart.dot(b.angular * contact.normal_b);
-    for (const int body : {contact.a, contact.b}) deepest[body] = std::max(deepest[body], depth);
+    add(contact.a, contact.b, -apart.dot(b.angular * contact.normal_b));
   }
+  for (const PatchShape& patch : finder_.kept_patches())
+    add(patch.a, patch.b, depth_of(patch, state.q[patch.a], state.q[patch.b]));
   return deepest;
 }
 

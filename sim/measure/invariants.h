@@ -72,7 +72,6 @@ class PenetrationMeter {
  private:
   Model model_;
   ContactFinder finder_;
-  State bodies_;  ///< coordinates and velocities alone: a state's patches stand for contacts not found anew
 };
 
 /// Gathers `joint_gap`, `penetration`, `energy_change`, `energy_growth`, `moved` and the momenta of Metrics
