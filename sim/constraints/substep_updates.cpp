@@ -188,15 +188,13 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
 
 int sweeps_of(const Problem& problem, int m) {
   // Five touching balls transmit a bounce in 20 sweeps. A hinged plank that is hit at its end turns as it
-  // should, to 0.1 %, in 4. A sweep leaves 1 − κ of an impact without restitution, 0.3 by default.
+  // should, to 0.1 %, in 4.
   constexpr int sweeps_of_bounce = 30;
   constexpr int sweeps_of_jointed_impact = 8;
-  constexpr int sweeps_of_impact = 4;
   if (problem.c.contacts.bounces) return std::max(m, sweeps_of_bounce);
   const bool joints_transmit =
       problem.c.is_limit_hit || (problem.c.contacts.has_impact && !problem.c.blocks.empty());
-  if (joints_transmit) return std::max(m, sweeps_of_jointed_impact);
-  return problem.c.contacts.has_impact ? std::max(m, sweeps_of_impact) : m;
+  return joints_transmit ? std::max(m, sweeps_of_jointed_impact) : m;
 }
 
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {

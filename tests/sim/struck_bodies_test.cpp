@@ -441,24 +441,5 @@ TEST(SpinningBounce, SlidingTakesFrictionTimesTheImpulse) {
   run({"bounce with spin, sliding", 0.02, &draw_spinning_bounce<false>});
 }
 
-// Simultaneous hits
-
-TEST(SimultaneousImpacts, WithoutRestitutionKeepTheirSymmetry) {
-  // A ball at 3 m/s meets two equal balls 30° off its path: v' = 3/(1 + 2 cos² 30°) = 1.2 m/s.
-  for (const double angle : {0.0, 0.7}) {
-    const Quaternion tilt = rotation_quaternion(angle * Vector3(0.7, 0.4, -0.6));
-    Scene scene = weightless_scene();
-    const double across = 0.2 * std::sqrt(0.75);
-    add_ball(scene, 0.1, 1, tilt * Vector3(-0.081, 0, 0), 0);
-    for (const double side : {0.1, -0.1}) add_ball(scene, 0.1, 1, tilt * Vector3(across, side, 0), 0);
-    scene.bodies[1].linear_velocity = tilt * Vector3(3, 0, 0);
-    for (const Algorithm algorithm : all_algorithms) {
-      const State after = test::run(scene, default_settings(algorithm), 0.1);
-      const Vector3 error = after.v[1].linear - tilt * Vector3(1.2, 0, 0);
-      EXPECT_LT(error.norm(), 1e-3) << name(algorithm);  // measured: 1e-4
-    }
-  }
-}
-
 }  // namespace
 }  // namespace substep::test
