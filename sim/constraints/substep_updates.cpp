@@ -34,8 +34,10 @@ bool hits_limit(const Problem& problem, const Block& x, const std::vector<Veloci
     return body.linear.norm() + angular.norm() * body.angular.norm();
   };
   const double rounding = 1e-9 * (speed(v[x.a], row.angular_a) + speed(v[x.b], row.angular_b));
+  if (approach <= rounding || 2 * approach + beta < 0) return false;
   // A stop that a drive presses was passed a sub-step ago: β >= approach.
-  if (approach <= rounding || 2 * approach + beta < 0 || 2 * beta > approach) return false;
+  const auto presses = [&](const Drive& drive) { return drive.at.a == x.a && drive.at.b == x.b; };
+  if (2 * beta > approach && std::ranges::any_of(problem.model->drives, presses)) return false;
   // Compare energies, so that angles and lengths have one rule.
   const double gained = 2 * problem.substeps.duration * problem.model->gravity.norm();
   return approach * approach * row.effective_mass * (x.inverse_mass_a + x.inverse_mass_b) > gained * gained;
