@@ -37,10 +37,6 @@ constexpr double resting_fraction = 0.01;
 /// Slip in a step above which bodies slide past each other, as a fraction of the smaller shape.
 constexpr double passing_fraction = 0.02;
 
-/// Path in the step, beyond gravity's, that a point must take to close its gap in an impact, as a fraction of
-/// the smaller shape: piles that tremble keep their patches.
-constexpr double soft = 0.1 * hard;
-
 }  // namespace
 
 PairMaterial::PairMaterial(const ContactMaterial& one, const ContactMaterial& other) {
@@ -192,8 +188,6 @@ void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) 
     } else {
       recall(pair, point, slip_speed, contact);
     }
-    // Measure the displacement of friction from where a point with a gap meets, not from the step's start.
-    contact.slid = contact.slid || (contact.restitution == 0 && point.distance > touching * pair.size);
   }
 }
 
@@ -212,26 +206,16 @@ void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, cons
   const double approach = duration_ * contact.acceleration - point.normal.dot(velocity);
   // In a step of one sub-step, stop at once only bodies that slide past each other: stopping leaves a gap.
   const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing_fraction * pair.size;
-  const bool touches = point.distance <= touching * pair.size;
-  const bool is_met = touches && point.distance >= -tolerated_overlap * pair.size;
-  const double path = duration_ * (approach - pair.fall);
-  // Let a point with a gap meet in the step, too, beside those that touch. A4 and A5 keep the rim of a body
-  // that rolls as it is at the start, so that its points with a gap may never touch.
-  const auto is_on_rim = [&](std::uint32_t i, bool rolls) {
-    return !reformulates_ && candidates_[i].curved && !rolls;
-  };
-  const bool closes_gap = !touches && substep_ < duration_ && point.distance < duration_ * approach &&
-                          path > soft * pair.size && !is_on_rim(pair.a, contact.rolls_a) &&
-                          !is_on_rim(pair.b, contact.rolls_b);
-  const bool is_hard = closes_gap || (is_met && passes_by && path > hard * pair.size);
+  const bool is_met =
+      point.distance <= touching * pair.size && point.distance >= -tolerated_overlap * pair.size;
+  const bool is_hard = is_met && passes_by && duration_ * (approach - pair.fall) > hard * pair.size;
   const bool is_impact = approach > resting_fraction * pair.speed && (restitution > 0 || is_hard);
   contact.restitution = is_impact ? restitution : Contact::no_impact;
   contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing_fraction * pair.size;
   // Count a bounce's path in the whole step: a short part must not mix a bounce and a contact that opens.
-  const double whole_path = duration_ * approach / (restitution > 0 ? part_ : 1);
-  separates_ = separates_ && whole_path < -tolerated_overlap * pair.size;
-  const double most_path = restitution > 0 ? tolerated_overlap : closes_gap ? infinity : aside;
-  if (is_impact && whole_path > most_path * pair.size) {
+  const double path = duration_ * approach / (restitution > 0 ? part_ : 1);
+  separates_ = separates_ && path < -tolerated_overlap * pair.size;
+  if (is_impact && path > (restitution > 0 ? tolerated_overlap : aside) * pair.size) {
     approach_ = std::max(approach_, approach - duration_ * contact.resting_acceleration);
   }
 }

@@ -35,8 +35,7 @@ SUBSTEP_KERNEL void move_origin(const Mask& mask, const Lanes& normal, FrictionR
 }
 
 /// Sets whether a contact has an impact in the sub-step that starts, and the normal velocity after it.
-/// Returns true where bodies meet in that impact.
-SUBSTEP_KERNEL bool start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
+SUBSTEP_KERNEL void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
                                  const Lanes& approach, double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
@@ -51,7 +50,6 @@ SUBSTEP_KERNEL bool start_impact(NormalRow& normal, RestitutionRow& row, const L
   const Lanes bounced = larger(rebound(row, gap, approach, hs), -gap / all(hs));
   const Lanes after = choose(row.coefficient > zero, bounced, stopped);
   row.right[0] = choose(meets, after, let_through);
-  return any(choose(meets, row.impact, zero) > zero);
 }
 
 /// Starts the impacts of a batch.
@@ -74,7 +72,8 @@ SUBSTEP_KERNEL void start_impacts(ContactBatches& contacts, const ContactBatch& 
     if (x.has_friction) move_origin(had_impact(row), normal.row.impulse, rows.frictions[i]);
     const Lanes approach = -row_velocity(along.normal, normal.row, a, b);
     const Lanes gap = row.gap + all(hs) * row_velocity(along.normal, normal.row, offset_a, offset_b);
-    contacts.has_impact = start_impact(normal, row, gap, approach, hs) || contacts.has_impact;
+    start_impact(normal, row, gap, approach, hs);
+    contacts.has_impact = contacts.has_impact || any(row.impact > zero);
     contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
     if (sum_v) row.right[0] += row_velocity(along.normal, normal.row, sum_a, sum_b);
     for (int k = 0; k < 2 && x.has_friction; ++k) {
