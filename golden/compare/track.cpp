@@ -200,6 +200,7 @@ Invariants Tracker::invariants(const State& state) {
     result.penetration = std::max(result.penetration, -gap);
     if (gap < Track::touching_gap) pairs.insert(std::minmax(contact.a, contact.b));
   }
+  result.penetration = std::round(1e4 * result.penetration) / 1e4;
   Digest digest;
   for (const auto& [a, b] : pairs) digest.add(static_cast<double>(a), static_cast<double>(b));
   result.touching = digest.value();

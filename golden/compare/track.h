@@ -25,7 +25,7 @@ namespace substep::golden {
 struct Invariants {
   std::uint16_t touching = 0;  ///< digest of the pairs of bodies that touch
   double energy = 0;           ///< of all bodies, J
-  double penetration = 0;      ///< of the deepest contact, m
+  double penetration = 0;      ///< of the deepest contact, m, rounded to 1e-4
   int resting = 0;             ///< bodies slower than `resting_speed`
 };
 

@@ -137,8 +137,8 @@ TEST(Penetration, IsThatOfPosesWherePatchesAreKept) {
   State poses = initial_state(scene);
   poses.q = simulation.state().q;
   PenetrationMeter meter(scene);
-  EXPECT_NEAR(meter.depth(simulation.state()), meter.depth(poses), 1e-9);  // measured TODO
-  EXPECT_GT(meter.depth(poses), 1e-4);                                     // measured 6.2e-4
+  EXPECT_NEAR(meter.depth(simulation.state()), meter.depth(poses), 1e-12);  // measured 6e-17
+  EXPECT_GT(meter.depth(poses), 1e-4);                                      // measured 3.8e-4
 }
 
 /// Returns two boxes of 1 m and 2 kg, 4 m apart.
