@@ -328,8 +328,8 @@ PoseLog read_run(const fs::path& file, const Scene& scene, double step) {
     return log_of(read_pose_table(file, scene, step), scene, step, file.stem().string());
   PoseLog log = read_pose_log(file);
   if (scene.hash != log.scene_hash) {
-    throw Error("{}: was made from another version of {}, or with other options for a mesh", file.string(),
-                scene.file.string());
+    throw Error("{}: was made from another version of {}, or with other options for a mesh: run it again",
+                file.string(), scene.file.string());
   }
   if (scene.bodies.size() != log.bodies.size()) {
     throw Error("{}: has {} bodies, {} has {}", file.string(), log.bodies.size() - 1, scene.file.string(),
