@@ -101,7 +101,7 @@ TEST(MeshContacts, RollingSphereHasOneContact) {
   }
 }
 
-TEST(MeshContacts, RollingCapsuleKeepsBothEnds) {
+TEST(MeshContacts, KeepBothEndsOfRollingCapsule) {
   // The second mesh is off by as much as single precision is at 5 m.
   for (const double rough : {0.0, 4e-7}) {
     std::mt19937 random(2);

@@ -420,7 +420,7 @@ TEST(Contacts, EllipsoidMatchesManyPoints) {
   }
 }
 
-TEST(Contacts, FindingAppendsThem) {
+TEST(FindContacts, AppendsToEarlierPoints) {
   Contacts points(3);
   find_contacts(Sphere{}, {{0, 0.5, 0}, upright}, Plane{}, {}, usual_margin, points);
   EXPECT_EQ(points.size(), 4U);

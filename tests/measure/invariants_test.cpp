@@ -129,7 +129,7 @@ TEST(Penetration, EqualsDepthOfOverlap) {
   EXPECT_NEAR(meter.depth(state), 0.0625, 1e-12);
 }
 
-TEST(Penetration, IsThatOfPosesWherePatchesAreKept) {
+TEST(Penetration, CountsOverlapOfKeptPatches) {
   const Scene scene = scene_named("box_stack");
   Simulation simulation(scene, usual_settings(scene, Algorithm::a5));
   for (int k = 0; k < 60; ++k) simulation.step();

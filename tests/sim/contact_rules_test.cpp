@@ -338,7 +338,7 @@ TEST(Restitution, KeepsPressedBallOut) {
   }
 }
 
-TEST(Restitution, RowOfUnequalBallsGainsNoEnergy) {
+TEST(UnequalBalls, GainNoEnergyInRow) {
   constexpr double radius = 0.1;
   const Vector3 along = Vector3(2, -1, 3).normalized();
   const std::vector<std::vector<double>> rows{{1, 0.3, 3}, {4.8, 0.38, 5}, {2, 1, 0.5, 3, 0.3, 1, 1}};
@@ -361,7 +361,7 @@ TEST(Restitution, RowOfUnequalBallsGainsNoEnergy) {
   }
 }
 
-TEST(Restitution, OverlappingBallsComeToRest) {
+TEST(OverlappingBalls, ComeToRest) {
   const Vector3 along = Vector3(2, -1, 3).normalized();
   for (const double depth : {1e-4, 1e-3, 1e-2}) {
     Scene scene = test::weightless_scene();

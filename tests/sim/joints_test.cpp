@@ -84,7 +84,7 @@ TEST(Joints, FixedJointHoldsLever) {
   });
 }
 
-TEST(Joints, HingeLeadsBackFromOppositeAxes) {
+TEST(Hinge, LeadsBackFromOppositeAxes) {
   // Measured within 2e-15.
   for (const double degrees : {91., 110., 135., 160., 179., 180.}) {
     for (const double azimuth : {0.3, 1.9, 4.4}) {

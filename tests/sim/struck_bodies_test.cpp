@@ -157,7 +157,7 @@ TEST(GrazingHit, BallOnEdgeExchangesMomentum) {
   run({"ball on an edge or corner: momentum", 0.02, &draw_edge_hit});
 }
 
-TEST(GrazingHit, SlidingBallOnStepOfItsMeshExchangesMomentum) {
+TEST(GrazingHit, ExchangesMomentumOnStepOfMesh) {
   run({"ball on a step of the mesh it slides on", 0.02, &draw_step_hit});
 }
 

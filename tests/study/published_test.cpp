@@ -87,7 +87,7 @@ TEST_F(PublishedFile, RefusesMistakesByLine) {
   EXPECT_THAT(test::message_of([&] { measure_published(too_short, {}); }), HasSubstr("measures nothing"));
 }
 
-// Of the quick subset of scenes/published.toml these results must be met.
+// These results of the quick subset of scenes/published.toml must be met.
 TEST(Published, QuickSubsetHolds) {
   PublishedOptions options;
   options.quick = true;
