@@ -11,6 +11,7 @@
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
 #include "sim/model/settings_fields.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep::render {
 namespace {
@@ -82,7 +83,7 @@ PanelChoice panel_of(const TypedPanel& typed, const PanelDefaults& defaults) {
   if (is_counted && !has("iterations")) {
     const Settings counted = defaults.settings(Algorithm::a3);
     const int substeps = has("substeps") ? panel.settings.substeps : counted.substeps;
-    panel.settings.iterations = substeps * counted.iterations;
+    panel.settings.iterations = iterations_at_equal_rows(substeps, counted.iterations);
   }
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
   return panel;

@@ -19,6 +19,7 @@
 #include "sim/log/pose_table.h"
 #include "sim/measure/metrics_text.h"
 #include "sim/measure/motion.h"
+#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -56,8 +57,7 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   const bool has_m = options.solver.has("iterations");
   if (algorithm == Algorithm::a2 && (options.equal_rows || has_m || options.solver.has("substeps"))) {
     if (!has_m) settings.iterations = 1;
-    // Let check() refuse a product that no int holds.
-    settings.iterations = static_cast<int>(std::min(1e9, 1.0 * settings.substeps * settings.iterations));
+    settings.iterations = iterations_at_equal_rows(settings.substeps, settings.iterations);
     check(settings);
     // Divide them among the equal parts of a step, into which taut joints divide it.
     const int parts = Simulation(scene, settings).equal_parts();

@@ -56,4 +56,8 @@ Settings usual_settings(const Scene& scene, Algorithm algorithm) {
   return settings;
 }
 
+int iterations_at_equal_rows(int substeps, int iterations) {
+  return static_cast<int>(std::min(1e9, 1.0 * substeps * iterations));
+}
+
 }  // namespace substep

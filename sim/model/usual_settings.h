@@ -25,4 +25,8 @@ bool has_loop(const Scene& scene, Springs springs);
 /// iterations: with 10 a governor diverges.
 Settings usual_settings(const Scene& scene, Algorithm algorithm);
 
+/// Returns the iterations of A2 with as many row solves as n sub-steps of m iterations: n·m, at most 10⁹,
+/// which check() refuses.
+int iterations_at_equal_rows(int substeps, int iterations);
+
 }  // namespace substep

@@ -85,7 +85,7 @@ class PublishedReader : private TomlValues {
       for (const SettingsField* const field : fields) copy(settings, *field, given);
       // A2 gets as many row solves as the others.
       if (settings.algorithm == Algorithm::a2 && has_substeps)
-        settings.iterations = static_cast<int>(std::min(1e9, 1.0 * given.substeps * given.iterations));
+        settings.iterations = iterations_at_equal_rows(given.substeps, given.iterations);
     };
     if (const auto* node = table.get("steps")) run.steps = integer(*node, "steps", 1, 1000);
     if (const auto* node = table.get("duration")) run.duration = positive(*node, "duration");

@@ -48,6 +48,8 @@ TEST_F(MeasureCommand, GivesAlgorithmsEqualRowSolves) {
   const std::string words = "measure $S/heavy_chain.gltf --duration 0.1 --horizon 0.05 --brief --markdown";
   expect(words + " --substeps 16", 0, {"A2  m=2  h=1/60 | 3168 |", "A3  n=16 m=1 τ="});
   expect(words + " --substeps 4", 0, {"A2  m=1  h=1/60 | "}, {"note: A2 takes a step in 8 parts"});
+  refuses("measure $S/pendulum.gltf --substeps 65536 --set m=65537",
+          "iterations 1000000000: must be from 1 to");
 }
 
 TEST_F(MeasureCommand, SpendsRowSolvesOnShorterStepsOfA1) {
